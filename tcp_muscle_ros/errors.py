@@ -1,0 +1,26 @@
+"""What a user got wrong, said in one line."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class BadInput(ValueError):
+    """A user's mistake: one line that says what was wrong, where, and what was expected.
+
+    Programs turn it into exit code 2 without a traceback.
+    """
+
+
+def nearest(name: str, choices: Iterable[str]) -> str:
+    """The clause that ends an error about an unknown name.
+
+    ``"; did you mean 'hA'?"`` where a known name is close, else the whole (short) list, else nothing.
+    """
+    known = sorted(set(choices))
+    by_lower = {choice.lower(): choice for choice in known}
+    close = get_close_matches(name.lower(), by_lower, n=1, cutoff=0.6)
+    if close:
+        return f"; did you mean '{by_lower[close[0]]}'?"
+    if 0 < len(known) <= 12:
+        return '; known: ' + ', '.join(known)
+    return ''
