@@ -1,0 +1,65 @@
+from glob import glob
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = 'tcp_muscle_ros'
+HERE = Path(__file__).resolve().parent  # through the link that colcon build --symlink-install makes
+
+
+def pinned(name):
+    """The requirements of one file of requirements/, without comments."""
+    lines = (HERE / 'requirements' / name).read_text(encoding='utf-8').splitlines()
+    return [line for line in lines if line and not line.startswith(('#', '-'))]
+
+
+def version():
+    text = (HERE / NAME / '__init__.py').read_text(encoding='utf-8')
+    return text.split("__version__ = '")[1].split("'")[0]
+
+
+setup(
+    name=NAME,
+    version=version(),
+    description='Twisted and coiled polymer (TCP) artificial muscles in ROS 2',
+    long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
+    long_description_content_type='text/markdown',
+    maintainer='The tcp_muscle_ros maintainers',
+    maintainer_email='maintainers@tcp-muscle-ros.example.org',
+    license='Apache-2.0',
+    python_requires='>=3.10',
+    packages=find_packages(include=[NAME, NAME + '.*']),
+    # The package sees config/ through the link tcp_muscle_ros/config, so that every way of installing it
+    # (a wheel, `pip install -e`, colcon with or without symlinks) finds the same files beside the code.
+    package_data={NAME: ['config/*']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + NAME]),
+        ('share/' + NAME, ['package.xml']),
+        ('share/' + NAME + '/config', sorted(glob('config/*'))),
+        ('share/' + NAME + '/launch', sorted(glob('launch/*.launch.py'))),
+        ('share/' + NAME + '/urdf', sorted(glob('urdf/*'))),
+    ],
+    zip_safe=False,
+    # The oldest versions of ROS 2 Jazzy's Ubuntu (24.04); what scripts/ installs is pinned in requirements/.
+    install_requires=[
+        'setuptools',
+        'numpy>=1.26',
+        'scipy>=1.11',
+        'numba>=0.60',
+        'matplotlib>=3.6',
+        'PyYAML>=6.0',
+        'rosbags>=0.11,<0.12',
+        'mcap>=1.3',
+    ],
+    extras_require={
+        'ros': pinned('ros.txt'),
+        'test': ['pytest', 'hypothesis', 'psutil'],
+    },
+    entry_points={
+        'console_scripts': [
+            'sim_node = tcp_muscle_ros.nodes.sim_node:main',
+            'controller_node = tcp_muscle_ros.nodes.controller_node:main',
+            'tcp_muscle = tcp_muscle_ros.tool:main',
+        ],
+    },
+)
