@@ -1,0 +1,61 @@
+"""Compile the model's functions with numba, and keep the machine code between starts.
+
+Numba alone decides by one file's date whether its cache is stale, and so misses a change in a file
+that the cached function calls. Here the cache folder is named after the content of every file of the
+model: a change anywhere compiles anew, an unchanged model loads in a fraction of a second.
+"""
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+_F = TypeVar('_F', bound=Callable[..., Any])
+_OPTIONS: dict[str, Any] = {'error_model': 'numpy', 'nogil': True}
+
+
+def _digest() -> str:
+    digest = hashlib.sha256(f'{numba.__version__}'.encode())
+    for file in sorted(Path(__file__).parent.rglob('*.py')):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _writable_cache() -> Path | None:
+    """The first folder that takes files: the user's cache, else a temporary one, else none (no cache)."""
+    base = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache')
+    for root in (base, Path(tempfile.gettempdir())):
+        folder = root / 'tcp_muscle_ros' / _digest()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+        except OSError:
+            continue
+    return None
+
+
+_CACHE = _writable_cache()
+
+
+def inner(function: _F) -> _F:
+    """Compile a function that compiled functions call."""
+    compiled: _F = numba.njit(**_OPTIONS)(function)
+    return compiled
+
+
+def entry(function: _F) -> _F:
+    """Compile a function that Python calls; its machine code is kept on disk where possible."""
+    if _CACHE is None:
+        return inner(function)
+    elsewhere = numba.config.CACHE_DIR  # numba reads it while decorating only; other users keep theirs
+    numba.config.CACHE_DIR = str(_CACHE)
+    try:
+        compiled: _F = numba.njit(cache=True, **_OPTIONS)(function)
+    finally:
+        numba.config.CACHE_DIR = elsewhere
+    return compiled

@@ -1,0 +1,80 @@
+"""What an effect is: one physics that the paper leaves out, told to the stages that it touches.
+
+An effect is a set of hooks. Each hook is a plain function ``hook(q, c, p, s, ds)`` that numba compiles:
+
+- ``q``: the quantities of this instant (names in ``quantities.py``), which the hook reads and changes;
+- ``c``: the effect's own parameters, in the order of ``parameters``;
+- ``p``: the muscle's parameters (``p[INDEX['hA']]``);
+- ``s``, ``ds``: the effect's own states and their rates, in the order of ``states``.
+
+The points at which hooks are called, in this order:
+
+=============  ==========================================================================================
+surroundings   ambient temperature before anything else
+softening      after the modulus ratio
+contraction    after the temperature that drives the contraction and its gain are set
+extra          length beside thermal and elastic (``q[EXTRA]``)
+elasticity     after the elastic elongation under ``q[FORCE]``; called again while a held end seeks its force
+resistance     after the resistance
+drive          the source's command before it becomes a current
+heat           after conductance, capacity and further heat
+rates          writes ``ds``; all quantities are known
+sensor         what the sensors show
+initial        writes ``s`` for a muscle that has long rested at the present temperature and force
+commit         at the end of a substep: switching states (play, largest temperature) move here
+=============  ==========================================================================================
+
+Off means that no hook is called: the paper's model, bit for bit.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from tcp_muscle_ros.muscle.parameter import Parameter
+
+POINTS = (
+    'surroundings',
+    'softening',
+    'contraction',
+    'extra',
+    'elasticity',
+    'resistance',
+    'drive',
+    'heat',
+    'rates',
+    'sensor',
+    'initial',
+    'commit',
+)
+STAGES = ('electrical', 'thermal', 'mechanical', 'sensor')
+
+
+def _nothing_fast(c: Any, p: Any) -> float:
+    return 0.0
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect: its name in parameters and reports, its row in the catalogue, and its hooks.
+
+    ``fastest_rate(c, p)`` (1/s) tells the stepper how quick its quickest state is. ``strength`` names the
+    parameter that switches it off at its value ``none`` (the amplitude that a fit lets grow).
+    """
+
+    name: str
+    row: str
+    stage: str
+    equation: str
+    source: str
+    parameters: tuple[Parameter, ...]
+    hooks: Mapping[str, Callable[..., None]]
+    strength: str
+    none: float = 0.0
+    states: tuple[str, ...] = ()
+    fastest_rate: Callable[[Any, Any], float] = field(default=_nothing_fast)
+
+    def __post_init__(self) -> None:
+        unknown = set(self.hooks) - set(POINTS)
+        if unknown or self.stage not in STAGES:
+            raise ValueError(f'{self.name}: unknown hook or stage: {unknown or self.stage}')

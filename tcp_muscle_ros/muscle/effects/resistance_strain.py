@@ -1,0 +1,31 @@
+"""E-01 resistance-strain coupling: stretching the coil raises the resistance (piezoresistive self-sensing).
+
+    R -> R (1 + GF (H - H0) / H0)
+
+GF on coil strain: 0.05 to 2 between yarns (van der Weijde et al. 2016 use the same coupling for self-sensing).
+"""
+
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.effects.effect import Effect
+from tcp_muscle_ros.muscle.parameter import Parameter
+from tcp_muscle_ros.muscle.quantities import LENGTH, RESISTANCE
+from tcp_muscle_ros.muscle.table import INDEX
+
+_H0 = INDEX['H0']
+
+
+def resistance(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """Scale the resistance by the coil strain."""
+    q[RESISTANCE] *= 1.0 + c[0] * (q[LENGTH] - p[_H0]) / p[_H0]
+
+
+EFFECT = Effect(
+    name='resistance_strain',
+    row='E-01',
+    stage='electrical',
+    equation='R (1 + GF (H - H0) / H0)',
+    source='van der Weijde et al. 2016',
+    parameters=(Parameter('GF', 0.15, '1', -3.0, 5.0, 'gauge factor on coil strain', 'estimated: 0.05 to 2'),),
+    hooks={'resistance': resistance},
+    strength='GF',
+)

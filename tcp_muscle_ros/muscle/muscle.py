@@ -1,0 +1,259 @@
+"""The muscle as everyone uses it: one that steps, and a whole recording at once."""
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.muscle import quantities as at
+from tcp_muscle_ros.muscle import stepping
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.electrical import CURRENT, KINDS, POWER, VOLTAGE
+from tcp_muscle_ros.muscle.parameters import Parameters
+
+ENDS = ('load', 'blocked', 'spring')
+_KIND = dict(zip(KINDS, (CURRENT, POWER, VOLTAGE), strict=True))
+
+
+class Reading(NamedTuple):
+    """What a muscle shows at one instant. SI; temperatures in K; sensor effects are in, noise is not."""
+
+    temperature: float
+    fibre_temperature: float
+    resistance: float
+    displacement: float
+    force: float
+    length: float
+    current: float
+    voltage: float
+    power: float
+    in_domain: bool
+    slack: bool
+    velocity: float
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """A simulated recording: arrays of shape (n,), named and in units as in Reading."""
+
+    time: Array
+    temperature: Array
+    fibre_temperature: Array
+    resistance: Array
+    displacement: Array
+    force: Array
+    length: Array
+    current: Array
+    voltage: Array
+    power: Array
+    in_domain: NDArray[np.bool_]
+    slack: NDArray[np.bool_]
+    heated: float
+    lost: float
+
+    @property
+    def velocity(self) -> Array:
+        """Contraction speed (m/s), by differences towards the past; the first is 0."""
+        velocity = np.zeros_like(self.displacement)
+        velocity[1:] = np.diff(self.displacement) / np.diff(self.time)
+        return velocity
+
+
+def _kind(kind: str) -> int:
+    if kind not in _KIND:
+        raise BadInput(f"unknown input '{kind}'{nearest(kind, KINDS)}")
+    return _KIND[kind]
+
+
+class Muscle:
+    """One muscle: its parameters, what holds its end, and its state.
+
+    Args:
+        parameters: the muscle and the effects that are on.
+        end: ``load`` (a force pulls), ``blocked`` (its length is held), ``spring`` (a spring pulls, the far end of
+            which is fixed ``held_length`` away from the muscle's root).
+        load: the starting load, N >= 0. Displacement is zero at rest at T0 under it, for every end.
+        held_length: m; 0 takes the distance at which the tension at rest is ``load``.
+        spring_rate: N/m, for ``spring``.
+        spring_rest_length: m, for ``spring``.
+        ambient: K; default T0.
+        temperature: K at the start; default ambient.
+
+    Raises:
+        BadInput: an unknown end, a negative load, a spring without a rate, a value that is not finite.
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        *,
+        end: str = 'load',
+        load: float = 0.0,
+        held_length: float = 0.0,
+        spring_rate: float = 0.0,
+        spring_rest_length: float = 0.0,
+        ambient: float | None = None,
+        temperature: float | None = None,
+    ) -> None:
+        if end not in ENDS:
+            raise BadInput(f"unknown end '{end}'{nearest(end, ENDS)}")
+        for name, value in (('load', load), ('held_length', held_length), ('spring_rest_length', spring_rest_length)):
+            if not (isfinite(value) and value >= 0.0):
+                raise BadInput(f'{name} = {value}: expected a finite number, 0 or more')
+        if end == 'spring' and not (isfinite(spring_rate) and spring_rate > 0.0):
+            raise BadInput(f'spring_rate = {spring_rate} N/m: a muscle held by a spring needs a rate above 0')
+        self.parameters = parameters
+        self._p, self._on = parameters.vector, parameters.mask
+        self._q, self._work = stepping.scratch()
+        self.state = np.zeros(stepping.STATE_SIZE)
+        self._y = stepping.blank_outputs()
+        self.imposed = np.zeros(at.N_INPUTS)
+        self.imposed[at.IN_LOAD] = load
+        self.imposed[at.IN_AMBIENT] = parameters['T0']
+        rest = self._settle(parameters['T0'])
+        self.imposed[at.IN_ZERO] = rest
+        if end != 'load':
+            compliance = 1.0 / spring_rate if end == 'spring' else 0.0
+            self.imposed[at.IN_HELD] = 1.0
+            self.imposed[at.IN_COMPLIANCE] = compliance
+            self.imposed[at.IN_WALL] = held_length - spring_rest_length if held_length else rest + load * compliance
+            if self.imposed[at.IN_WALL] <= 0.0:
+                raise BadInput(
+                    f'held_length = {held_length:g} m leaves no room for the muscle beside the spring '
+                    f'(spring_rest_length = {spring_rest_length:g} m)'
+                )
+        if ambient is not None:
+            self.imposed[at.IN_AMBIENT] = ambient
+        self.reset(temperature)
+
+    def _settle(self, temperature: float) -> float:
+        length: float = stepping.settle(
+            self.state, self.imposed, self._p, self._on, self._q, self._work, float(temperature)
+        )
+        return length
+
+    def reset(self, temperature: float | None = None) -> None:
+        """Back to rest at ``temperature`` (K; default the present ambient), time zero."""
+        self.imposed[at.IN_DRIVE] = 0.0
+        self._settle(float(self.imposed[at.IN_AMBIENT]) if temperature is None else temperature)
+        self._last = float('nan')
+
+    def _impose(self, drive: float, kind: str, load: float | None, ambient: float | None) -> None:
+        number = _kind(kind)
+        if not isfinite(drive) or (number == POWER and drive < 0.0):
+            raise BadInput(f'{kind} = {drive}: expected a finite number' + (', 0 or more' if number == POWER else ''))
+        imposed = self.imposed
+        imposed[at.IN_KIND], imposed[at.IN_DRIVE] = number, drive
+        if load is not None:
+            if not (isfinite(load) and load >= 0.0):
+                raise BadInput(f'load = {load} N: expected a finite number, 0 or more')
+            imposed[at.IN_LOAD] = load
+        if ambient is not None:
+            if not isfinite(ambient):
+                raise BadInput(f'ambient = {ambient} K: expected a finite number')
+            imposed[at.IN_AMBIENT] = ambient
+
+    def _read(self, dt: float) -> Reading:
+        stepping.advance(self.state, self.imposed, self._p, self._on, self._q, self._work, dt, self._y)
+        *values, in_domain, slack = self._y.tolist()
+        displacement = values[at.Y_DISPLACEMENT]
+        velocity = (displacement - self._last) / dt if dt > 0.0 and isfinite(self._last) else 0.0
+        if dt > 0.0 or not isfinite(self._last):
+            self._last = displacement
+        return Reading._make((*values, in_domain > 0.5, slack > 0.5, velocity))
+
+    def step(
+        self, dt: float, drive: float, kind: str = 'current', load: float | None = None, ambient: float | None = None
+    ) -> Reading:
+        """Hold ``drive`` (A, W or V), ``load`` (N) and ``ambient`` (K) for ``dt`` (s), then read."""
+        if not (isfinite(dt) and dt > 0.0):
+            raise BadInput(f'dt = {dt} s: expected a finite number above 0')
+        self._impose(drive, kind, load, ambient)
+        return self._read(dt)
+
+    def reading(
+        self, drive: float = 0.0, kind: str = 'current', load: float | None = None, ambient: float | None = None
+    ) -> Reading:
+        """What it shows now if this drive is applied now. No time passes."""
+        self._impose(drive, kind, load, ambient)
+        return self._read(0.0)
+
+    @property
+    def heated(self) -> float:
+        """Joule heat since the last reset, J."""
+        return float(self.state[at.X_HEATED])
+
+    @property
+    def lost(self) -> float:
+        """Heat given to the ambient since the last reset, J."""
+        return float(self.state[at.X_LOST])
+
+
+def simulate(
+    parameters: Parameters,
+    time: ArrayLike,
+    drive: ArrayLike,
+    *,
+    kind: str = 'current',
+    load: ArrayLike | None = None,
+    ambient: ArrayLike | None = None,
+    end: str = 'load',
+    starting_load: float | None = None,
+    held_length: float = 0.0,
+    spring_rate: float = 0.0,
+    spring_rest_length: float = 0.0,
+    temperature: float | None = None,
+) -> Outputs:
+    """Simulate a recording: what is shown at ``time[k]``, with input k held until ``time[k + 1]``.
+
+    Args:
+        parameters: the muscle and the effects that are on.
+        time: s, shape (n,), increasing.
+        drive: A, W or V by ``kind``, a number or shape (n,).
+        kind: ``current``, ``power`` or ``voltage``.
+        load: N, a number or shape (n,).
+        ambient: K, a number or shape (n,); default T0.
+        end: as for Muscle, with ``held_length``, ``spring_rate`` and ``spring_rest_length``.
+        starting_load: N, under which displacement is zero at rest at T0; default the first load.
+        temperature: K at the start; default the first ambient.
+
+    Raises:
+        BadInput: times that do not increase, lengths that differ, values that are not finite.
+    """
+    times = np.ascontiguousarray(time, dtype=np.float64)
+    if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
+        raise BadInput('time: expected one increasing column with at least one entry')
+
+    def column(name: str, values: ArrayLike) -> Array:
+        filled = np.array(np.broadcast_to(np.asarray(values, dtype=np.float64), times.shape))
+        if not np.all(np.isfinite(filled)):
+            raise BadInput(f'{name}: entry {int(np.argmin(np.isfinite(filled)))} is not a finite number')
+        return filled
+
+    drives = column('drive', drive)
+    loads = column('load', 0.0 if load is None else load)
+    ambients = column('ambient', parameters['T0'] if ambient is None else ambient)
+    if loads.min() < 0.0:
+        raise BadInput(f'load = {loads.min()} N: a load pulls, 0 or more')
+    muscle = Muscle(
+        parameters,
+        end=end,
+        load=float(loads[0]) if starting_load is None else starting_load,
+        held_length=held_length,
+        spring_rate=spring_rate,
+        spring_rest_length=spring_rest_length,
+        ambient=float(ambients[0]),
+        temperature=temperature,
+    )
+    muscle._impose(float(drives.min()), kind, None, None)
+    y = stepping.blank_outputs(times.size)
+    stepping.run(muscle.state, muscle.imposed, muscle._p, muscle._on, times, drives, loads, ambients, y)
+    columns = [np.ascontiguousarray(column) for column in y.T]
+    *values, in_domain, slack = columns
+    shown = dict(zip(Reading._fields, values, strict=False))
+    return Outputs(
+        time=times, in_domain=in_domain > 0.5, slack=slack > 0.5, heated=muscle.heated, lost=muscle.lost, **shown
+    )

@@ -1,0 +1,47 @@
+"""One number of the model: its value, unit, bounds, meaning and source, written once."""
+
+from dataclasses import dataclass
+
+ZERO_CELSIUS = 273.15
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter in SI. ``absolute`` marks an absolute temperature: K inside, degC at the edge."""
+
+    name: str
+    value: float
+    unit: str
+    low: float
+    high: float
+    meaning: str
+    source: str
+    absolute: bool = False
+
+    @property
+    def edge_unit(self) -> str:
+        """The unit in which people and ROS see it."""
+        return 'degC' if self.absolute else self.unit
+
+    def to_edge(self, value: float) -> float:
+        """An inside value as people and ROS see it; K -> degC rounded where the subtraction leaves dust."""
+        return round(value - ZERO_CELSIUS, 9) if self.absolute else value
+
+    def from_edge(self, value: float) -> float:
+        """A value from a file or ROS as the model sees it."""
+        return value + ZERO_CELSIUS if self.absolute else value
+
+    @property
+    def edge_value(self) -> float:
+        """The default at the edge."""
+        return self.to_edge(self.value)
+
+    @property
+    def edge_low(self) -> float:
+        """The lower bound at the edge."""
+        return self.to_edge(self.low)
+
+    @property
+    def edge_high(self) -> float:
+        """The upper bound at the edge."""
+        return self.to_edge(self.high)
