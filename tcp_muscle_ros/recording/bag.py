@@ -1,0 +1,404 @@
+"""A rosbag2 bag as a Recording: topics found, fields read, every sample on the stamp of its tick, SI units."""
+
+import json
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_from_msg, get_typestore
+
+from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.recording.bag_writer import KNOWN
+from tcp_muscle_ros.recording.cdr import DTYPES, Index, Payloads, decode, field_path
+from tcp_muscle_ros.recording.mcap_file import McapFile
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, channel_kind
+from tcp_muscle_ros.recording.sqlite_file import SqliteFile
+from tcp_muscle_ros.recording.storage import BagFile, StoredMessages, StoredTopic, custom_data
+from tcp_muscle_ros.recording.units import UNITS, Unit, unit_of
+
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import Typesdict
+
+JOINT_STATES = 'joint_states'
+_FROM_JOINT_STATES = {'displacement': 'position', 'force': 'effort'}
+_OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
+_SECOND_NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class _Source:
+    """Where a channel comes from."""
+
+    channel: str
+    topic: str
+    field: str  # '' = the message's own number
+    unit: Unit
+    explicit: bool
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """One field of one topic, in the order of the log. ``stamp`` is None where the messages carry none."""
+
+    log: Index
+    stamp: Index | None
+    value: Array
+
+
+def read_bag(
+    path: str | Path,
+    *,
+    namespace: str | None = None,
+    channels: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> Recording:
+    """Read a rosbag2 directory or one of its files (MCAP or sqlite3) as a Recording.
+
+    namespace  where the muscle's topics are; needed only if several namespaces have some
+    channels   NAME -> 'TOPIC[.FIELD]' for topics of other names and types; FIELD may index: ``position[0]``
+    units      NAME -> unit of the recorded number, where it is not the contract's
+
+    A bag whose writer was killed is read up to its last whole message, with a note. BadInput: no bag, no message, no
+    known topic, several namespaces, unknown channel, field or unit.
+    """
+    channels, units = channels or {}, units or {}
+    bag = _Bag(Path(path))
+    sources = _sources(bag, namespace, channels, units)
+    reader = _Reader(bag, sources)
+    samples = {source.channel: reader.samples(source) for source in sources}
+    ticks = reader.ticks()
+    on_time = {}
+    for source in sources:
+        sample = samples[source.channel]
+        if sample is not None and len(sample.value):
+            on_time[source.channel] = (reader.time(source, sample, ticks), sample.value)
+    if not on_time:
+        raise BadInput(f'{path}: empty bag: no readable message on {", ".join(source.topic for source in sources)}')
+    start_ns = min(int(time.min()) for time, _ in on_time.values())
+    found = {}
+    for source in sources:
+        if source.channel in on_time:
+            time, value = _in_order(*on_time[source.channel], source, reader.notes)
+            found[source.channel] = Channel(
+                source.channel, (time - start_ns) / 1e9, source.unit.to_si(value), source.topic
+            )
+    return Recording(str(path), found, start_ns, bag.known(), tuple(bag.notes + reader.notes))
+
+
+class _Bag:
+    """The files of one bag as one."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.notes: list[str] = []
+        self.files: list[BagFile] = []
+        self._metadata = ''
+        for file in self._find_files():
+            if file.suffix == '.zstd':
+                raise BadInput(f'{file}: compressed as a whole file; run `zstd -d {file.name}` first')
+            self.files.append(SqliteFile(file) if file.suffix == '.db3' else McapFile(file))
+        self.topics: dict[str, StoredTopic] = {}
+        for opened in self.files:
+            self.notes += opened.notes
+            self.topics |= opened.topics
+        if not self.topics:
+            raise BadInput(f'{path}: empty bag: it has no topic')
+
+    def _find_files(self) -> list[Path]:
+        path = self.path
+        if path.is_file():
+            if path.name == 'metadata.yaml':
+                raise BadInput(f'{path}: this is the description of a bag; give its directory {path.parent}')
+            return [path]
+        if not path.is_dir():
+            siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+            raise BadInput(f'{path}: no such bag{nearest(path.name, siblings)}')
+        files = sorted(p for p in path.iterdir() if re.search(r'\.(mcap|db3)(\.zstd)?$', p.name))
+        if not files:
+            raise BadInput(f'{path}: no bag: the directory has no .mcap or .db3 file')
+        description = path / 'metadata.yaml'
+        self._metadata = description.read_text(encoding='utf-8', errors='replace') if description.is_file() else ''
+        if not self._metadata.strip('\0 \n'):
+            self.notes.append(f'{description} is missing or empty: the bag was not closed (killed?)')
+        if re.search(r'compression_mode:\s*["\']?message', self._metadata, re.IGNORECASE):
+            raise BadInput(f'{path}: its messages are compressed one by one; `ros2 bag convert` it without compression')
+        present = [file for file in files if file.stat().st_size]
+        if not present:
+            raise BadInput(f'{path}: empty bag: {files[0].name} has no content')
+        return present
+
+    def known(self) -> dict[str, object]:
+        """What the writer knew of the run; other custom_data as it stands."""
+        data = dict(custom_data(self._metadata))
+        for file in self.files:
+            data = {**file.custom_data, **data}
+        known: dict[str, object] = {key: value for key, value in data.items() if key != KNOWN}
+        try:
+            ours = json.loads(data.get(KNOWN, '{}'))
+        except json.JSONDecodeError:
+            ours = {}
+        return known | ours if isinstance(ours, dict) else known
+
+    def read(self, topics: Collection[str]) -> dict[str, StoredMessages]:
+        parts: dict[str, list[StoredMessages]] = {}
+        for file in self.files:
+            for topic, messages in file.read([t for t in topics if t in file.topics]).items():
+                parts.setdefault(topic, []).append(messages)
+        return {topic: _concatenated(pieces) for topic, pieces in parts.items()}
+
+    def types(self, topic: str) -> 'Typesdict':
+        """The definition of a topic's type as stored in the bag; that of ROS 2 Jazzy where the bag has none."""
+        stored = self.topics[topic]
+        types: Typesdict = {}
+        try:
+            if stored.definition_format == 'ros2idl':
+                types = get_types_from_idl(stored.definition)
+            elif stored.definition:
+                types = get_types_from_msg(stored.definition, stored.message_type)
+        except TypesysError as error:
+            self.notes.append(f'{topic}: its stored message definition does not parse ({error}), using that of Jazzy')
+        if not _complete(types, stored.message_type):
+            types = {**get_typestore(Stores.ROS2_JAZZY).fielddefs, **types}
+        if not _complete(types, stored.message_type):
+            raise BadInput(f'{self.path}: {topic}: the bag has no definition of its type {stored.message_type}')
+        return types
+
+
+def _complete(types: 'Typesdict', name: str) -> bool:
+    """Are the type and all that it is made of defined?"""
+    if name not in types:
+        return False
+    for _, desc in types[name][1]:
+        while desc[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            desc = desc[1][0]
+        if desc[0] == Nodetype.NAME and not _complete(types, desc[1]):
+            return False
+    return True
+
+
+def _concatenated(parts: list[StoredMessages]) -> StoredMessages:
+    if len(parts) == 1:
+        return parts[0]
+    sizes = [len(part.payloads.buffer) for part in parts]
+    shifts = np.cumsum([0, *sizes[:-1]])
+    return StoredMessages(
+        np.concatenate([part.log_time for part in parts]),
+        Payloads(
+            np.concatenate([part.payloads.buffer for part in parts]),
+            np.concatenate([part.payloads.start + shift for part, shift in zip(parts, shifts, strict=True)]),
+            np.concatenate([part.payloads.length for part in parts]),
+        ),
+    )
+
+
+# --- which topic is which channel -------------------------------------------------------------------------------------
+
+
+def _sources(bag: _Bag, namespace: str | None, channels: Mapping[str, str], units: Mapping[str, str]) -> list[_Source]:
+    for name in (*channels, *units):
+        channel_kind(name, '--channel' if name in channels else '--unit')
+    prefix = _namespace(bag, namespace, bool(channels))
+    topics: dict[str, tuple[str, str, bool]] = {}
+    for kind in CHANNELS.values():
+        if prefix + kind.topic in bag.topics:
+            topics[kind.name] = (prefix + kind.topic, '', False)
+    if prefix + JOINT_STATES in bag.topics:
+        for name, field in _FROM_JOINT_STATES.items():
+            topics.setdefault(name, (prefix + JOINT_STATES, f'{field}[0]', False))
+    for name, text in channels.items():
+        topic, _, field = text.partition('.')
+        topics[name] = (_topic(bag, prefix, topic, f'--channel {name}'), field, True)
+    for name in units:
+        if name not in topics:
+            raise BadInput(f'--unit {name}: {bag.path} has no channel of this name{nearest(name, topics)}')
+    sources = []
+    for name, (topic, field, explicit) in topics.items():
+        kind = CHANNELS[name]
+        unit = unit_of(units.get(name, kind.unit), UNITS[kind.unit].quantity, f'--unit {name}')
+        sources.append(_Source(name, topic, field, unit, explicit))
+    return sources
+
+
+def _namespace(bag: _Bag, wanted: str | None, channels_given: bool) -> str:
+    """The prefix ('/' or '/ns/') under which the muscle's topics are."""
+    contract = {kind.topic for kind in CHANNELS.values()}
+    prefixes = {topic.rpartition('/')[0] + '/' for topic in bag.topics if topic.rpartition('/')[2] in contract}
+    if not prefixes:  # a joint_states of some robot is a muscle's only where nothing else is
+        prefixes = {topic[: -len(JOINT_STATES)] for topic in bag.topics if topic.rpartition('/')[2] == JOINT_STATES}
+    if wanted is not None:
+        prefix = f'/{wanted.strip("/")}/' if wanted.strip('/') else '/'
+        if prefix not in prefixes and not channels_given:
+            raise BadInput(
+                f"--namespace {wanted}: {bag.path} has no muscle's topic there{nearest(prefix[:-1], _shown(prefixes))}"
+            )
+        return prefix
+    if len(prefixes) > 1:
+        raise BadInput(
+            f'{bag.path}: muscles in several namespaces: {", ".join(_shown(prefixes))}; '
+            'choose one with --namespace, for example '
+            f'--namespace {_shown(prefixes)[0]}'
+        )
+    if not prefixes and not channels_given:
+        raise BadInput(
+            f'{bag.path}: no known topic; it has {", ".join(sorted(bag.topics))}; '
+            'say which is which with --channel NAME=TOPIC[.FIELD]'
+        )
+    return prefixes.pop() if prefixes else '/'
+
+
+def _shown(prefixes: Collection[str]) -> list[str]:
+    return sorted(prefix[:-1] or '/' for prefix in prefixes)
+
+
+def _topic(bag: _Bag, prefix: str, name: str, where: str) -> str:
+    for candidate in (name, '/' + name, prefix + name):
+        if candidate in bag.topics:
+            return candidate
+    raise BadInput(f"{where}: {bag.path} has no topic '{name}'{nearest(name, bag.topics)}")
+
+
+# --- reading ----------------------------------------------------------------------------------------------------------
+
+
+class _Reader:
+    """The samples of the chosen topics, each topic decoded once."""
+
+    def __init__(self, bag: _Bag, sources: list[_Source]) -> None:
+        self.bag = bag
+        self.sources = sources
+        self.notes: list[str] = []
+        stamps = [s.topic for s in sources if not s.explicit and CHANNELS[s.channel].role == 'output']
+        joint_states = [s.topic.rpartition('/')[0] + '/' + JOINT_STATES for s in sources if not s.explicit]
+        self._tick_topics = sorted({*stamps, *joint_states} & bag.topics.keys())
+        self._messages = bag.read({*(s.topic for s in sources), *self._tick_topics})
+        self._stamps: dict[str, Index | None] = {}
+
+    def samples(self, source: _Source) -> _Samples | None:
+        """The field of a source, finite values only; None where the topic has no message or no such field."""
+        topic = source.topic
+        if topic not in self._messages:
+            return None
+        messages, types, kind = self._messages[topic], self.bag.types(topic), self.bag.topics[topic].message_type
+        where = f'--channel {source.channel}' if source.explicit else f'{self.bag.path}: {topic}'
+        path = field_path(types, kind, source.field or _own_number(types, kind, where), where)
+        decoded = decode(types, kind, messages.payloads, [path])
+        present = decoded.present[0]
+        if decoded.broken:
+            self.notes.append(f'{topic}: {decoded.broken} message(s) do not parse as {kind} and were left out')
+        if not present.all() and present.any() and decoded.broken < np.count_nonzero(~present):
+            missing = np.count_nonzero(~present) - decoded.broken
+            self.notes.append(f"{topic}: {missing} message(s) without '{source.field}' were left out")
+        finite = np.isfinite(decoded.values[0])
+        if np.count_nonzero(present & ~finite):
+            self.notes.append(
+                f'{source.channel}: {np.count_nonzero(present & ~finite)} of {len(finite)} values are not finite '
+                'and were left out'
+            )
+        kept = present & finite
+        stamp = self._stamp(topic)
+        return _Samples(messages.log_time[kept], None if stamp is None else stamp[kept], decoded.values[0][kept])
+
+    def _stamp(self, topic: str) -> Index | None:
+        """The header stamps of a topic, ns; None where it has no header or stamps of 0."""
+        if topic not in self._stamps:
+            self._stamps[topic] = self._read_stamp(topic)
+        return self._stamps[topic]
+
+    def _read_stamp(self, topic: str) -> Index | None:
+        types, kind = self.bag.types(topic), self.bag.topics[topic].message_type
+        if ('header', (Nodetype.NAME, 'std_msgs/msg/Header')) not in types[kind][1]:
+            return None
+        messages = self._messages[topic]
+        paths = [('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec')]
+        decoded = decode(types, kind, messages.payloads, paths)
+        sec, nanosec = (np.nan_to_num(values).astype(np.int64) for values in decoded.values)
+        stamp = sec * _SECOND_NS + nanosec
+        if not stamp.any():
+            self.notes.append(f'{topic}: stamped 0 throughout, its log time is used')
+            return None
+        order = np.argsort(messages.log_time, kind='stable')
+        back = np.diff(stamp[order])
+        if len(back) and back.min() < 0:
+            self.notes.append(
+                f'{topic}: stamps run backwards {np.count_nonzero(back < 0)} time(s), '
+                f'by up to {-back.min() * 1e-9:.3g} s (a clock was set?)'
+            )
+        return stamp
+
+    def ticks(self) -> '_Ticks | None':
+        """When the muscle's own stamped messages were logged, and what they are stamped."""
+        logs, stamps = [], []
+        for topic in self._tick_topics:
+            if topic in self._messages and (stamp := self._stamp(topic)) is not None:
+                logs.append(self._messages[topic].log_time)
+                stamps.append(stamp)
+        if not logs:
+            return None
+        stamp, first = np.unique(np.concatenate(stamps), return_index=True)
+        if len(stamp) < 2:
+            return None
+        log = np.concatenate(logs)[first]
+        order = np.argsort(log, kind='stable')
+        return _Ticks(log[order], stamp[order])
+
+    def time(self, source: _Source, samples: _Samples, ticks: '_Ticks | None') -> Index:
+        """When each sample was: its stamp, else the stamp of its tick, else its log time; ns."""
+        if samples.stamp is not None:
+            return samples.stamp
+        if ticks is None:
+            return samples.log
+        if source.explicit:
+            return samples.log + ticks.clock_offset
+        return ticks.of(samples.log)
+
+
+@dataclass(frozen=True)
+class _Ticks:
+    """The stamped messages of a muscle, in the order they were logged."""
+
+    log: Index
+    stamp: Index
+
+    @property
+    def clock_offset(self) -> int:
+        """What to add to a log time to be on the stamps' clock: 0 unless they are clocks of their own."""
+        offset = int(np.median(self.stamp - self.log))
+        return offset if abs(offset) > _OTHER_CLOCK_NS else 0
+
+    def of(self, log: Index) -> Index:
+        """The time of unstamped messages: the nearest tick's within half a period, else the log time.
+
+        A tick has one message of a topic: of several, the nearest in log time takes the stamp.
+        """
+        half_period = float(np.median(np.diff(self.stamp))) / 2
+        after = np.clip(np.searchsorted(self.log, log), 1, len(self.log) - 1)
+        tick = np.where(log - self.log[after - 1] <= self.log[after] - log, after - 1, after)
+        distance = np.abs(self.log[tick] - log)
+        nearest_first = np.lexsort((distance, tick))
+        taken = np.zeros(len(log), dtype=bool)
+        taken[nearest_first[1:]] = tick[nearest_first[1:]] == tick[nearest_first[:-1]]
+        return np.where((distance <= half_period) & ~taken, self.stamp[tick], log + self.clock_offset)
+
+
+def _own_number(types: 'Typesdict', kind: str, where: str) -> str:
+    """The field that is meant when none is named: ``data``, a quantity named as its type, or the only number."""
+    numbers = [name for name, desc in types[kind][1] if desc[0] == Nodetype.BASE and desc[1][0] in DTYPES]
+    for name in ('data', kind.rpartition('/')[2].lower(), *(numbers if len(numbers) == 1 else ())):
+        if name in numbers:
+            return str(name)
+    fields = ', '.join(name for name, _ in types[kind][1])
+    raise BadInput(f'{where}: {kind} has no single number; say which field, as --channel NAME=TOPIC.FIELD: {fields}')
+
+
+def _in_order(time: Index, value: Array, source: _Source, notes: list[str]) -> tuple[Index, Array]:
+    """Sorted by time, one sample an instant (the last that was logged: an input holds from then on)."""
+    order = np.argsort(time, kind='stable')
+    time, value = time[order], value[order]
+    kept = np.append(time[1:] != time[:-1], True)
+    if not kept.all():
+        notes.append(f'{source.channel}: {np.count_nonzero(~kept)} sample(s) share a stamp; the last of each was kept')
+    return time[kept], value[kept]

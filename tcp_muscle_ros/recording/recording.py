@@ -1,0 +1,112 @@
+"""What was recorded: channels, each on its own time stamps, in SI units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tcp_muscle_ros.errors import BadInput, nearest
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ChannelKind:
+    """One channel of a muscle and the topic that carries it.
+
+    ``unit`` is the unit on the topic and in files (see ``units.UNITS``); inside a Recording every value is SI.
+    ``stamped``: the topic is a sensor_msgs/Temperature, otherwise a std_msgs/Float64.
+    """
+
+    name: str
+    topic: str
+    unit: str
+    role: str
+    stamped: bool = False
+
+    @property
+    def message_type(self) -> str:
+        """The type of the messages on its topic."""
+        return 'sensor_msgs/msg/Temperature' if self.stamped else 'std_msgs/msg/Float64'
+
+
+CHANNELS: Mapping[str, ChannelKind] = MappingProxyType(
+    {
+        kind.name: kind
+        for kind in (
+            ChannelKind('current', 'current', 'A', 'input'),
+            ChannelKind('power', 'power', 'W', 'input'),
+            ChannelKind('voltage', 'voltage', 'V', 'input'),
+            ChannelKind('load', 'load', 'N', 'input'),
+            ChannelKind('ambient', 'ambient_temperature', 'degC', 'input', stamped=True),
+            ChannelKind('current_command', 'current_command', 'A', 'commanded'),
+            ChannelKind('power_command', 'power_command', 'W', 'commanded'),
+            ChannelKind('voltage_command', 'voltage_command', 'V', 'commanded'),
+            ChannelKind('displacement_setpoint', 'displacement_setpoint', 'm', 'commanded'),
+            ChannelKind('temperature', 'temperature', 'degC', 'output', stamped=True),
+            ChannelKind('resistance', 'resistance', 'ohm', 'output'),
+            ChannelKind('displacement', 'displacement', 'm', 'output'),
+            ChannelKind('force', 'force', 'N', 'output'),
+        )
+    }
+)
+DRIVES = ('current', 'power', 'voltage')
+OUTPUTS = tuple(kind.name for kind in CHANNELS.values() if kind.role == 'output')
+
+
+def channel_kind(name: str, where: str) -> ChannelKind:
+    """The kind of a channel by name. BadInput, begun with `where`, for an unknown one."""
+    try:
+        return CHANNELS[name]
+    except KeyError:
+        raise BadInput(f"{where}: unknown channel '{name}'{nearest(name, CHANNELS)}") from None
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured or applied quantity.
+
+    time   float64[n], s from the recording's start, strictly increasing
+    value  float64[n], SI (K, ohm, m, N, A, V, W), finite; an input stamped t_k holds from t_k until t_{k+1}
+    topic  where it came from
+    """
+
+    name: str
+    time: Array
+    value: Array
+    topic: str
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One recording of one muscle.
+
+    start_ns  the time that every channel counts from, ns since the epoch of the clock that stamped the bag
+    known     what was written down about the run (load, rest length, end ...), free keys
+    notes     what the reader had to mend or leave out, one sentence each
+    """
+
+    path: str
+    channels: Mapping[str, Channel]
+    start_ns: int
+    known: Mapping[str, object] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> Channel:
+        try:
+            return self.channels[name]
+        except KeyError:
+            raise BadInput(f"{self.path}: no channel '{name}' recorded{nearest(name, self.channels)}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.channels
+
+    @property
+    def duration(self) -> float:
+        """From the start to the last sample of any channel, s."""
+        return max((float(channel.time[-1]) for channel in self.channels.values() if len(channel)), default=0.0)

@@ -1,0 +1,58 @@
+"""What every kind of bag file gives: its topics and, by topic, log times and serialised messages."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import yaml
+
+from tcp_muscle_ros.recording.cdr import Index, Payloads
+
+
+@dataclass(frozen=True)
+class StoredTopic:
+    """A topic of a bag: its message type, and the type's definition where the bag carries it ('' where not)."""
+
+    name: str
+    message_type: str
+    definition_format: str
+    definition: str
+    encoding: str = 'cdr'
+
+
+@dataclass(frozen=True)
+class StoredMessages:
+    """The messages of one topic in file order: log times, int64 ns, and payloads."""
+
+    log_time: Index
+    payloads: Payloads
+
+
+class BagFile(Protocol):
+    """One file of a bag, of any storage."""
+
+    notes: list[str]
+    topics: dict[str, StoredTopic]
+
+    @property
+    def custom_data(self) -> Mapping[str, str]:
+        """What rosbag2 keeps as custom_data."""
+        ...
+
+    def read(self, topics: Collection[str]) -> dict[str, StoredMessages]:
+        """All messages of `topics` that the file has, in file order."""
+        ...
+
+
+def custom_data(metadata: str) -> Mapping[str, str]:
+    """The custom_data of the text of a rosbag2 metadata.yaml; empty where there is none or the text is broken."""
+    try:
+        content = yaml.safe_load(metadata)
+    except yaml.YAMLError:
+        return {}
+    if isinstance(content, dict):
+        content = content.get('rosbag2_bagfile_information', content)
+        data = content.get('custom_data') if isinstance(content, dict) else None
+        if isinstance(data, dict):
+            return {str(key): str(value) for key, value in data.items()}
+    return {}
