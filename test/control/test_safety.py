@@ -236,7 +236,7 @@ def test_silent_feedback_gives_zero_and_is_not_latched():
     [{'current': nan}, {'current': -1.0}, {'slew': inf}, {'derate_temperature': 400.0, 'max_temperature': 390.0}],
 )
 def test_limits_that_make_no_sense_are_refused(limits):
-    with pytest.raises(BadInput, match='expected|must begin below'):
+    with pytest.raises(BadInput, match=r'expected|must begin below'):
         Limits(**limits)
 
 
