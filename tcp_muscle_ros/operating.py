@@ -1,0 +1,125 @@
+"""The nodes' operating parameters: how a muscle is run, not what it is. Each is written here, once.
+
+The ROS declarations, the check of parameter files and the documents are made from this table. Units stand in the
+names. ``owners`` says which node reads it; a file under ``/**:`` may serve both.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+Default = float | int | bool | str
+
+SIM, CONTROL = 'sim_node', 'controller_node'
+BOTH = (SIM, CONTROL)
+_HUGE = 1e9
+
+
+@dataclass(frozen=True)
+class Operating:
+    """One operating parameter. ``low`` and ``high`` bound numbers; ``choices`` lists the words it may be.
+
+    ``same_as``: where it is not given, the value of that parameter.
+    """
+
+    name: str
+    default: Default
+    unit: str
+    meaning: str
+    owners: tuple[str, ...]
+    low: float = 0.0
+    high: float = _HUGE
+    choices: tuple[str, ...] = ()
+    read_only: bool = False
+    same_as: str = ''
+
+
+_ROWS = (
+    Operating('rate_hz', 100.0, 'Hz', 'ticks a second', BOTH, 1.0, 2000.0, read_only=True),
+    Operating('start_enabled', True, '', 'whether current may flow from the start', BOTH, read_only=True),
+    Operating(
+        'load_n',
+        0.06 * 9.80665,
+        'N',
+        'pulling force until one arrives; displacement is zero at rest at T0 under it',
+        BOTH,
+        0.0,
+        1000.0,
+        read_only=True,
+    ),
+    Operating('ambient_temperature_c', 23.0, 'degC', 'ambient until one arrives', BOTH, -40.0, 100.0),
+    Operating(
+        'current_limit_a', 0.27, 'A', 'largest current; 0.27 A is the range that the paper tested', BOTH, 0.0, 100.0
+    ),
+    Operating('slew_limit_a_per_s', 0.0, 'A/s', 'largest change of the current; 0 = no limit', BOTH),
+    Operating('derate_temperature_c', 100.0, 'degC', 'above it the current limit falls linearly', BOTH, -40.0, 1000.0),
+    Operating(
+        'max_temperature_c', 115.0, 'degC', 'at it the current is off until the fault is cleared', BOTH, -40.0, 1000.0
+    ),
+    Operating('command_timeout_s', 0.5, 's', 'older commands count as 0 A; 0 = never', (SIM,), 0.0, 3600.0),
+    Operating(
+        'real_time_factor',
+        1.0,
+        '1',
+        'simulated seconds a second; 0 = as fast as possible',
+        (SIM,),
+        0.0,
+        1000.0,
+        read_only=True,
+    ),
+    Operating(
+        'initial_temperature_c',
+        23.0,
+        'degC',
+        'fibre at the start; default: the ambient',
+        (SIM,),
+        -40.0,
+        200.0,
+        read_only=True,
+        same_as='ambient_temperature_c',
+    ),
+    Operating(
+        'end',
+        'load',
+        '',
+        'what holds the end of the muscle',
+        (SIM,),
+        choices=('load', 'blocked', 'spring'),
+        read_only=True,
+    ),
+    Operating(
+        'held_length_m',
+        0.0,
+        'm',
+        'blocked: length; spring: distance to its far end; 0 = tension load_n at rest',
+        (SIM,),
+        0.0,
+        100.0,
+        read_only=True,
+    ),
+    Operating('spring_rate_n_per_m', 0.0, 'N/m', 'rate of the spring at the end', (SIM,), 0.0, read_only=True),
+    Operating(
+        'spring_rest_length_m', 0.0, 'm', 'length of the spring without force', (SIM,), 0.0, 100.0, read_only=True
+    ),
+    Operating('min_sense_current_a', 0.0, 'A', 'below it no resistance is published', (SIM,), 0.0, 100.0),
+    Operating('seed', 0, '', 'of the sensor noise', (SIM,), read_only=True),
+    *(
+        Operating(f'{channel}_{kind}_{unit}', 0.0, unit, f'{meaning} of the {channel} sensor', (SIM,), 0.0)
+        for channel, unit in (('temperature', 'k'), ('resistance', 'ohm'), ('displacement', 'm'), ('force', 'n'))
+        for kind, meaning in (('noise', 'standard deviation'), ('quantum', 'step'))
+    ),
+    *(
+        Operating(f'{channel}_lag_s', 0.0, 's', f'first-order lag of the {channel} sensor', (SIM,), 0.0, 100.0)
+        for channel in ('temperature', 'resistance', 'displacement', 'force')
+    ),
+    Operating('mode', 'model', '', 'model inverse with feedback, or plain PID', (CONTROL,), choices=('model', 'pid')),
+    Operating(
+        'feedback',
+        'displacement',
+        '',
+        'what closes the loop',
+        (CONTROL,),
+        choices=('displacement', 'resistance'),
+        read_only=True,
+    ),
+)
+OPERATING: Mapping[str, Operating] = {row.name: row for row in _ROWS}
