@@ -1,0 +1,53 @@
+"""The arguments shared by all commands that read bags."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from tcp_muscle_ros.errors import BadInput
+
+if TYPE_CHECKING:
+    from tcp_muscle_ros.recording.recording import Recording
+
+
+def add_bag_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add --namespace, --channel and --unit."""
+    parser.add_argument(
+        '--namespace', metavar='NS', help="where the muscle's topics are, if several namespaces have some"
+    )
+    parser.add_argument(
+        '--channel',
+        action='append',
+        default=[],
+        metavar='NAME=TOPIC[.FIELD]',
+        help='take a channel from any numeric field of any topic, e.g. displacement=/laser/range.range (repeatable)',
+    )
+    parser.add_argument(
+        '--unit',
+        action='append',
+        default=[],
+        metavar='NAME=UNIT',
+        help='the unit a channel was recorded in, e.g. displacement=mm or temperature=degF (repeatable)',
+    )
+
+
+def read_bags(args: argparse.Namespace, *paths: str) -> list[Recording]:
+    """The bags at `paths`, read as the shared arguments say."""
+    from tcp_muscle_ros.recording.bag import read_bag
+
+    channels = _pairs(args.channel, '--channel', 'NAME=TOPIC[.FIELD]')
+    units = _pairs(args.unit, '--unit', 'NAME=UNIT')
+    return [read_bag(path, namespace=args.namespace, channels=channels, units=units) for path in paths]
+
+
+def _pairs(items: list[str], option: str, form: str) -> dict[str, str]:
+    pairs: dict[str, str] = {}
+    for item in items:
+        name, equals, value = item.partition('=')
+        if not (name and equals and value):
+            raise BadInput(f'{option} {item}: expected {option} {form}')
+        if name in pairs:
+            raise BadInput(f"{option} {item}: '{name}' is given twice")
+        pairs[name] = value
+    return pairs

@@ -1,0 +1,101 @@
+"""The command line ``tcp_muscle``: one subcommand a file of commands/, loaded only when it is the one that runs.
+
+Exit code: 0 done, 1 internal error, 2 bad input (one line on stderr, no traceback), 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from tcp_muscle_ros import __version__
+from tcp_muscle_ros.errors import BadInput, nearest
+
+PROGRAM = 'tcp_muscle'
+DEBUG = 'TCP_MUSCLE_DEBUG'
+
+COMMANDS = {
+    'simulate': ('simulate', 'run a protocol offline, faster than real time, to a bag'),
+    'record': ('record', "record a muscle's topics to a bag"),
+    'import': ('import_recordings', "a lab's CSV to bags, one per run of an import map"),
+    'calibrate': ('calibrate', "fit the paper's parameters to recordings of a muscle, with intervals"),
+    'replay': ('replay', 'drive the model with recorded inputs and compare'),
+    'diagnose': ('diagnose', 'say which physics a recording shows that the model lacks'),
+}
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse whose errors are one line with the nearest valid choice."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run ``tcp_muscle ARGV``; returns the exit code."""
+    argv = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _run(argv)
+    except SystemExit as leave:  # argparse has said what there is to say
+        return leave.code if isinstance(leave.code, int) else 2
+
+
+def _run(argv: list[str]) -> int:
+    name = next((word for word in argv if not word.startswith('-')), None)
+    if name is not None and name not in COMMANDS and not argv[0].startswith('-'):
+        _say(PROGRAM, f"unknown command '{name}'{nearest(name, COMMANDS)}; see {PROGRAM} --help")
+        return 2
+    parser = _Parser(
+        prog=PROGRAM, description='Simulate, record, import, calibrate, replay and diagnose TCP artificial muscles.'
+    )
+    parser.add_argument('--version', action='version', version=f'{PROGRAM} {__version__}')
+    commands = parser.add_subparsers(title='commands', dest='command', metavar='COMMAND', required=True)
+    module = None
+    for command, (file, purpose) in COMMANDS.items():
+        subparser = commands.add_parser(command, help=purpose, description=purpose[0].upper() + purpose[1:] + '.')
+        if command == name:
+            try:
+                module = importlib.import_module(f'tcp_muscle_ros.commands.{file}')
+            except ModuleNotFoundError as error:
+                return _missing(command, file, error)
+            module.add_arguments(subparser)
+    args = parser.parse_args(argv)
+    assert module is not None
+    program = f'{PROGRAM} {args.command}'
+    try:
+        return int(module.run(args))
+    except BadInput as error:
+        _say(program, str(error))
+        return 2
+    except KeyboardInterrupt:
+        _say(program, 'interrupted')
+        return 130
+    except BrokenPipeError:  # `| head` has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:
+        if os.environ.get(DEBUG):
+            raise
+        _say(program, f'internal error: {type(error).__name__}: {error} (set {DEBUG}=1 to see where, and report it)')
+        return 1
+
+
+def _missing(command: str, file: str, error: ModuleNotFoundError) -> int:
+    """A command whose module, or a package that it needs, is not installed."""
+    if error.name == f'tcp_muscle_ros.commands.{file}':
+        _say(PROGRAM, f"'{command}' is not part of this version ({__version__})")
+    else:
+        _say(f'{PROGRAM} {command}', f"needs the Python package '{error.name}', which is not installed")
+    return 2
+
+
+def _say(program: str, sentence: str) -> None:
+    print(f'{program}: {" ".join(sentence.split())}', file=sys.stderr)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
