@@ -1,0 +1,44 @@
+"""A simulated muscle and its position controller, from one parameter file.
+
+ros2 launch tcp_muscle_ros closed_loop.launch.py
+ros2 topic pub -r 10 /displacement_setpoint std_msgs/msg/Float64 '{data: 0.02}'
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+ARGUMENTS = [
+    ('namespace', '', 'namespace of the muscle and of its controller'),
+    ('params_file', '', 'parameter file under /**:, shared by both nodes'),
+    ('rate_hz', '', 'ticks a second of both nodes; empty: as in the parameter file, else 100'),
+    ('real_time_factor', '', 'simulated over real time; anything but 1 puts the controller on /clock'),
+]
+
+
+def nodes(context):
+    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    shared = [value['params_file']] if value['params_file'] else []
+    if value['rate_hz']:
+        shared.append({'rate_hz': float(value['rate_hz'])})
+    simulated, controlled = list(shared), list(shared)
+    if value['real_time_factor']:
+        factor = float(value['real_time_factor'])
+        simulated.append({'real_time_factor': factor})
+        controlled.append({'use_sim_time': factor != 1.0})
+    return [
+        Node(
+            package='tcp_muscle_ros',
+            executable=executable,
+            namespace=value['namespace'],
+            parameters=parameters,
+            output='screen',
+        )
+        for executable, parameters in (('sim_node', simulated), ('controller_node', controlled))
+    ]
+
+
+def generate_launch_description():
+    declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in ARGUMENTS]
+    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])

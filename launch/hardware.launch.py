@@ -1,0 +1,42 @@
+"""The controller against a driver of your own for a real muscle. Nothing heats until it is enabled.
+
+Read docs/hardware.md first. The driver is not started here: it takes current_command and gives the measurements.
+
+ros2 launch tcp_muscle_ros hardware.launch.py params_file:=my_muscle.yaml current_limit_a:=0.1
+ros2 service call /controller_node/enable std_srvs/srv/SetBool '{data: true}'
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+ARGUMENTS = [
+    ('namespace', '', 'namespace of the muscle'),
+    ('params_file', '', 'parameter file of this muscle under /**:, as tcp_muscle calibrate writes it'),
+    ('rate_hz', '', 'ticks a second of the controller; empty: as in the parameter file, else 100'),
+    ('current_limit_a', '0.1', 'the most current that is ever commanded, A; start low'),
+]
+
+
+def nodes(context):
+    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    # The last entry wins: no parameter file can start a real muscle hot.
+    parameters = [value['params_file']] if value['params_file'] else []
+    if value['rate_hz']:
+        parameters.append({'rate_hz': float(value['rate_hz'])})
+    parameters.append({'start_enabled': False, 'current_limit_a': float(value['current_limit_a'])})
+    return [
+        Node(
+            package='tcp_muscle_ros',
+            executable='controller_node',
+            namespace=value['namespace'],
+            parameters=parameters,
+            output='screen',
+        )
+    ]
+
+
+def generate_launch_description():
+    declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in ARGUMENTS]
+    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])
