@@ -50,6 +50,8 @@ setup(
         'PyYAML>=6.0',
         'rosbags>=0.11,<0.12',
         'mcap>=1.3',
+        'lz4>=4.0',
+        'zstandard>=0.22',
     ],
     extras_require={
         'ros': pinned('ros.txt'),

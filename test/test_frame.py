@@ -23,7 +23,7 @@ PACKAGE = ROOT / 'tcp_muscle_ros'
 # A room imports only from floors below its own; rooms on one floor do not know each other.
 FLOORS = [
     {'errors'},
-    {'muscle', 'recording'},
+    {'muscle', 'recording', 'operating'},
     {'parameter_file', 'control', 'diagnosis'},
     {'report', 'nodes'},
     {'commands'},
@@ -32,13 +32,14 @@ FLOORS = [
 WITHOUT_ROS = ['muscle', 'recording', 'control', 'diagnosis']
 # What package.xml calls a dependency -> what pip calls it and what Python imports.
 PYTHON_DEPENDENCIES = {
-    'python3-numpy': ('numpy', 'numpy'),
-    'python3-scipy': ('scipy', 'scipy'),
-    'python3-numba': ('numba', 'numba'),
-    'python3-matplotlib': ('matplotlib', 'matplotlib'),
-    'python3-yaml': ('PyYAML', 'yaml'),
-    'python3-rosbags-pip': ('rosbags', 'rosbags'),
-    'python3-mcap-pip': ('mcap', 'mcap'),
+    'python3-numpy': [('numpy', 'numpy')],
+    'python3-scipy': [('scipy', 'scipy')],
+    'python3-numba': [('numba', 'numba')],
+    'python3-matplotlib': [('matplotlib', 'matplotlib')],
+    'python3-yaml': [('PyYAML', 'yaml')],
+    'python3-rosbags-pip': [('rosbags', 'rosbags')],
+    # mcap requires the two compressors, and we read its chunks with them ourselves.
+    'python3-mcap-pip': [('mcap', 'mcap'), ('lz4', 'lz4'), ('zstandard', 'zstandard')],
 }
 TEST_DEPENDENCIES = {
     'python3-pytest': 'pytest',
@@ -139,7 +140,7 @@ def test_package_xml_and_setup_py_declare_the_same(setup_py):
     required = {Requirement(text).name for text in setup_py['requires']} - {'setuptools'}
     from_xml = {key for key in declared('exec_depend') if key.startswith('python3-')}
     assert from_xml == set(PYTHON_DEPENDENCIES)
-    assert required == {pip_name for pip_name, _ in PYTHON_DEPENDENCIES.values()}
+    assert required == {pip_name for names in PYTHON_DEPENDENCIES.values() for pip_name, _ in names}
     assert declared('test_depend') == set(TEST_DEPENDENCIES)
     # colcon test finds no tests at all without pytest in this extra.
     assert set(setup_py['extras']['test']) == set(TEST_DEPENDENCIES.values())
@@ -150,7 +151,7 @@ def test_package_xml_and_setup_py_declare_the_same(setup_py):
 def test_what_is_imported_is_declared_and_the_reverse():
     outside = {target.split('.')[0] for _, target in all_imports()}
     outside -= {'tcp_muscle_ros', '', *sys.stdlib_module_names}
-    python = {module for _, module in PYTHON_DEPENDENCIES.values()}
+    python = {module for names in PYTHON_DEPENDENCIES.values() for _, module in names}
     ros = {key for key in declared('exec_depend') if not key.startswith('python3-')}
     assert outside == python | (ros - LAUNCH_DEPENDENCIES)
 
