@@ -27,8 +27,8 @@ class Section:
     def __getitem__(self, key: str) -> object:
         return self.content[key]
 
-    def keys(self) -> list[str]:
-        """The keys, in the order of the file."""
+    def names(self) -> list[str]:
+        """Its keys, in the order of the file."""
         return list(self.content)
 
     def only(self, *known: str) -> 'Section':
