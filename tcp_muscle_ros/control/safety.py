@@ -119,9 +119,7 @@ class Safety:
         time = self._clock.at(now)
         if not isfinite(value) or not 0.0 <= value <= ABSURD:
             self._rejected += 1
-            self._last_rejected = (
-                f'{kind.name.lower()} command of {value:g}; expected 0 to {ABSURD:g} {kind.value}'
-            )
+            self._last_rejected = f'{kind.name.lower()} command of {value:g}; expected 0 to {ABSURD:g} {kind.value}'
             return self._last_rejected
         if not self._enabled:
             return 'disabled'

@@ -371,9 +371,7 @@ class AnySequence(RuleBasedStateMachine):
         if isfinite(now):
             self.forward += max(now - self.now, 0.0)
             self.now = now
-        current = self.safety.update(
-            now, dt, resistance=resistance, temperatures=(measured, modelled), silent=silent
-        )
+        current = self.safety.update(now, dt, resistance=resistance, temperatures=(measured, modelled), silent=silent)
         limits = self.safety.limits
         self.highest = limits.current
         known = [value for value in (measured, modelled) if value is not None]

@@ -1,0 +1,1 @@
+"""Topics, parameters, services, life and death of a process."""

@@ -1,0 +1,193 @@
+"""The node behind ``tcp_muscle record``: a muscle's topics, in and out, byte by byte into a bag.
+
+It subscribes to every topic of the contract before any of them exists, so that the first seconds are not lost. Messages
+are taken in turns every few milliseconds instead of through an executor, whose wait set would cost more than all the
+rest (at 1 kHz and six topics), and keep the time at which the middleware received them.
+"""
+
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.exceptions import InvalidNamespaceException
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState, Temperature
+from std_msgs.msg import Float64
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.bag_writer import BagWriter, refuse_existing
+from tcp_muscle_ros.recording.recording import CHANNELS
+
+TOPICS: dict[str, type] = {kind.topic: Temperature if kind.stamped else Float64 for kind in CHANNELS.values()}
+TOPICS |= {'joint_states': JointState, '/diagnostics': DiagnosticArray}
+
+_TURN_S = 0.004
+_QUEUE = 5000  # messages a topic: more than two seconds at 2 kHz, should the disk stall
+_FLUSH_S = 0.5
+_LOOK_S = 1.0  # how often the graph is looked at
+_SAY_S = 10.0
+_PATIENCE_S = 10.0  # at least so long a recording of fixed duration waits for its first message
+
+
+def record(
+    output: str | Path,
+    *,
+    namespace: str = '',
+    duration: float | None = None,
+    use_sim_time: bool = False,
+    say: Callable[[str], None] = print,
+) -> int:
+    """Record until SIGINT, SIGTERM, or `duration` s after the first message; returns the exit code 0.
+
+    use_sim_time  log times are those of /clock instead of the system's
+
+    BadInput: `output` exists or cannot be written, no such namespace, or no message where a duration is given.
+    """
+    output = refuse_existing(output)
+    asked: list[int] = []
+    handlers = {number: signal.signal(number, lambda *_: asked.append(1)) for number in (signal.SIGINT, signal.SIGTERM)}
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    recorder = None
+    try:
+        recorder = Recorder(output, namespace, use_sim_time, say)
+        recorder.run(duration, lambda: bool(asked))
+    finally:
+        if recorder is not None:
+            recorder.close()
+        rclpy.try_shutdown()
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    return 0
+
+
+class Recorder:
+    """Subscriptions to one muscle's topics, and the bag that they end in, which is made with the first message."""
+
+    def __init__(self, output: Path, namespace: str, use_sim_time: bool, say: Callable[[str], None]) -> None:
+        self._output = output
+        self._namespace = '/' + namespace.strip('/')
+        self._say = say
+        try:
+            self._node = Node('muscle_recorder', namespace=self._namespace, enable_rosout=False)
+        except InvalidNamespaceException as error:
+            raise BadInput(f'--namespace {namespace}: {" ".join(str(error).split())}') from None
+        prefix = self._namespace.rstrip('/')
+        self._types = {name if name[0] == '/' else f'{prefix}/{name}': kind for name, kind in TOPICS.items()}
+        self._subscriptions = {topic: self._subscribe(topic, ReliabilityPolicy.RELIABLE) for topic in self._types}
+        self._clock = self._node.create_subscription(Clock, '/clock', _unused, _QUEUE) if use_sim_time else None
+        self._sim_time_ns: int | None = None
+        self._bag: BagWriter | None = None
+        self._best_effort: set[str] = set()
+        self._warned: set[str] = set()
+        self._count = 0
+
+    def _subscribe(self, topic: str, reliability: ReliabilityPolicy) -> Any:
+        qos = QoSProfile(depth=_QUEUE, reliability=reliability)
+        return self._node.create_subscription(self._types[topic], topic, _unused, qos, raw=True)
+
+    def run(self, duration: float | None, stop: Callable[[], bool]) -> None:
+        """Take and write until `stop()`, or `duration` s after the first message."""
+        self._say(f'waiting for messages on the topics of a muscle under {self._namespace}')
+        begun = flushed = looked = said = time.monotonic()
+        first: float | None = None
+        while not stop():
+            self.take()
+            now = time.monotonic()
+            if first is None and self._bag is not None:
+                first = now
+            if first is not None and duration is not None and now - first >= duration:
+                break
+            if first is None and duration is not None and now - begun > max(duration, _PATIENCE_S):
+                raise BadInput(f'no message under {self._namespace} within {now - begun:.0f} s{self._elsewhere()}')
+            if self._bag is not None and now - flushed >= _FLUSH_S:
+                self._bag.flush()
+                flushed = now
+            if now - looked >= _LOOK_S:
+                self._look_at_publishers()
+                looked = now
+            if now - said >= _SAY_S:
+                waited = f'no message yet under {self._namespace}{self._elsewhere()}'
+                self._say(waited if first is None else f'{now - first:.0f} s, {self._count} messages')
+                said = now
+            time.sleep(_TURN_S)
+        self.take()
+        if self._bag is None:
+            self._say(f'no message came, {self._output} was not written')
+
+    def take(self) -> None:
+        """Write all messages that have come, in the order in which they came."""
+        arrived: list[tuple[int, str, bytes]] = []
+        for topic, subscription in self._subscriptions.items():
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(subscription.msg_type, True)) is not None:
+                    arrived.append((taken[1]['received_timestamp'], topic, taken[0]))
+        if self._clock is not None:
+            with self._clock.handle:
+                while (taken := self._clock.handle.take_message(Clock, False)) is not None:
+                    stamp = taken[0].clock.sec * 1_000_000_000 + taken[0].clock.nanosec
+                    arrived.append((taken[1]['received_timestamp'], '', stamp.to_bytes(8, 'little')))
+        arrived.sort(key=lambda message: message[0])
+        for received_ns, topic, payload in arrived:
+            if not topic:
+                self._sim_time_ns = int.from_bytes(payload, 'little')
+            elif self._clock is None:
+                self._write(topic, payload, received_ns)
+            elif self._sim_time_ns is not None:  # before the first /clock there is no time to log it at
+                self._write(topic, payload, self._sim_time_ns)
+
+    def _write(self, topic: str, payload: bytes, log_time_ns: int) -> None:
+        if self._bag is None:
+            self._bag = BagWriter(self._output)
+        if topic not in self._bag.counts:
+            kind = self._types[topic]
+            self._bag.add_topic(topic, f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}')
+            self._say(f'recording {topic}')
+        try:
+            self._bag.write_serialized(topic, payload, log_time_ns)
+        except OSError as error:
+            raise BadInput(f'{self._output}: cannot be written any more ({error.strerror})') from None
+        self._count += 1
+
+    def _look_at_publishers(self) -> None:
+        """A publisher that offers only best effort is taken as such; one of another type is said to be left out."""
+        for topic, kind in self._types.items():
+            wanted = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
+            for publisher in self._node.get_publishers_info_by_topic(topic):
+                if publisher.topic_type != wanted and topic not in self._warned:
+                    self._warned.add(topic)
+                    self._say(f'{topic} is published as {publisher.topic_type}, expected {wanted}: not recorded')
+                offers = publisher.qos_profile.reliability
+                if offers == ReliabilityPolicy.BEST_EFFORT and topic not in self._best_effort:
+                    self._best_effort.add(topic)
+                    self._node.destroy_subscription(self._subscriptions[topic])
+                    self._subscriptions[topic] = self._subscribe(topic, ReliabilityPolicy.BEST_EFFORT)
+
+    def _elsewhere(self) -> str:
+        """Where else muscles are, as the end of a sentence."""
+        names = {topic.rpartition('/')[0] for topic, _ in self._node.get_topic_names_and_types() if self._is_output(topic)}
+        found = sorted(names - {self._namespace.rstrip('/')})
+        return f'; there are muscles under {", ".join(name or "/" for name in found)} (--namespace)' if found else ''
+
+    def _is_output(self, topic: str) -> bool:
+        name = topic.rpartition('/')[2]
+        published = name in TOPICS and self._node.count_publishers(topic) > 0
+        return published and any(kind.topic == name and kind.role == 'output' for kind in CHANNELS.values())
+
+    def close(self) -> None:
+        """Finish the bag."""
+        if self._bag is not None:
+            self._bag.close()
+            self._say(f'{self._count} messages on {len(self._bag.counts)} topics in {self._output}')
+            self._bag = None
+        self._node.destroy_node()
+
+
+def _unused(_: object) -> None:
+    """Messages are taken from the subscription, no callback runs."""
