@@ -68,6 +68,12 @@ def _kind(kind: str) -> int:
     return _KIND[kind]
 
 
+def _finite(name: str, value: float, unit: str, *, signed: bool = False) -> float:
+    if not (isfinite(value) and (signed or value >= 0.0)):
+        raise BadInput(f'{name} = {value} {unit}: expected a finite number' + ('' if signed else ', 0 or more'))
+    return value
+
+
 class Muscle:
     """One muscle: its parameters, what holds its end, and its state.
 
@@ -100,9 +106,9 @@ class Muscle:
     ) -> None:
         if end not in ENDS:
             raise BadInput(f"unknown end '{end}'{nearest(end, ENDS)}")
-        for name, value in (('load', load), ('held_length', held_length), ('spring_rest_length', spring_rest_length)):
-            if not (isfinite(value) and value >= 0.0):
-                raise BadInput(f'{name} = {value}: expected a finite number, 0 or more')
+        _finite('load', load, 'N')
+        _finite('held_length', held_length, 'm')
+        _finite('spring_rest_length', spring_rest_length, 'm')
         if end == 'spring' and not (isfinite(spring_rate) and spring_rate > 0.0):
             raise BadInput(f'spring_rate = {spring_rate} N/m: a muscle held by a spring needs a rate above 0')
         self.parameters = parameters
@@ -126,7 +132,7 @@ class Muscle:
                     f'(spring_rest_length = {spring_rest_length:g} m)'
                 )
         if ambient is not None:
-            self.imposed[at.IN_AMBIENT] = ambient
+            self.imposed[at.IN_AMBIENT] = _finite('ambient', ambient, 'K')
         self.reset(temperature)
 
     def _settle(self, temperature: float) -> float:
@@ -138,23 +144,19 @@ class Muscle:
     def reset(self, temperature: float | None = None) -> None:
         """Back to rest at ``temperature`` (K; default the present ambient), time zero."""
         self.imposed[at.IN_DRIVE] = 0.0
-        self._settle(float(self.imposed[at.IN_AMBIENT]) if temperature is None else temperature)
+        start = float(self.imposed[at.IN_AMBIENT]) if temperature is None else temperature
+        self._settle(_finite('temperature', start, 'K'))
         self._last = float('nan')
 
     def _impose(self, drive: float, kind: str, load: float | None, ambient: float | None) -> None:
         number = _kind(kind)
-        if not isfinite(drive) or (number == POWER and drive < 0.0):
-            raise BadInput(f'{kind} = {drive}: expected a finite number' + (', 0 or more' if number == POWER else ''))
         imposed = self.imposed
-        imposed[at.IN_KIND], imposed[at.IN_DRIVE] = number, drive
+        imposed[at.IN_DRIVE] = _finite(kind, drive, 'AWV'[number], signed=number != POWER)
+        imposed[at.IN_KIND] = number
         if load is not None:
-            if not (isfinite(load) and load >= 0.0):
-                raise BadInput(f'load = {load} N: expected a finite number, 0 or more')
-            imposed[at.IN_LOAD] = load
+            imposed[at.IN_LOAD] = _finite('load', load, 'N')
         if ambient is not None:
-            if not isfinite(ambient):
-                raise BadInput(f'ambient = {ambient} K: expected a finite number')
-            imposed[at.IN_AMBIENT] = ambient
+            imposed[at.IN_AMBIENT] = _finite('ambient', ambient, 'K')
 
     def _read(self, dt: float) -> Reading:
         stepping.advance(self.state, self.imposed, self._p, self._on, self._q, self._work, dt, self._y)
@@ -224,11 +226,14 @@ def simulate(
         BadInput: times that do not increase, lengths that differ, values that are not finite.
     """
     times = np.ascontiguousarray(time, dtype=np.float64)
-    if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
-        raise BadInput('time: expected one increasing column with at least one entry')
+    if times.ndim != 1 or times.size == 0 or not (np.all(np.isfinite(times)) and np.all(np.diff(times) > 0.0)):
+        raise BadInput('time: expected one finite, increasing column with at least one entry')
 
     def column(name: str, values: ArrayLike) -> Array:
-        filled = np.array(np.broadcast_to(np.asarray(values, dtype=np.float64), times.shape))
+        given = np.asarray(values, dtype=np.float64)
+        if given.shape not in ((), times.shape):
+            raise BadInput(f'{name}: expected a number or {times.size} entries, as time has; got shape {given.shape}')
+        filled = np.array(np.broadcast_to(given, times.shape))
         if not np.all(np.isfinite(filled)):
             raise BadInput(f'{name}: entry {int(np.argmin(np.isfinite(filled)))} is not a finite number')
         return filled

@@ -81,15 +81,17 @@ class Parameters(Mapping[str, float]):
         object.__setattr__(self, 'effects', tuple(e for e in EFFECT_NAMES if e in set(self.effects)))
 
     @staticmethod
-    def _check(name: str, value: float) -> None:
+    def _check(name: str, value: object) -> None:
         row = SPECIFICATIONS.get(name)
         if row is None:
             raise BadInput(f"unknown parameter '{name}'{nearest(name, SPECIFICATIONS)}")
+        if not isinstance(value, (int, float, np.integer, np.floating)):
+            raise BadInput(f"parameter '{name}' = {value!r}: expected a number in {row.edge_unit}")
         if name in DERIVED and value == 0.0:
             return
         if not (isfinite(value) and row.low <= value <= row.high):
             raise BadInput(
-                f"parameter '{name}' = {row.to_edge(value):g} {row.edge_unit} is outside "
+                f"parameter '{name}' = {row.to_edge(float(value)):g} {row.edge_unit} is outside "
                 f'{row.edge_low:g} to {row.edge_high:g} {row.edge_unit}'
             )
 

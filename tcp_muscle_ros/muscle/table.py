@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
 
 _TABLE_1 = 'Table 1, measured'
+_COOLING = 'identified: 80 degC, 25 s, 0.27 A; printed 0.15'
 
 # fmt: off
 TABLE: tuple[Parameter, ...] = (
@@ -17,7 +18,7 @@ TABLE: tuple[Parameter, ...] = (
     Parameter('R0', 14.0, 'ohm', 1e-3, 1e5, 'resistance at T0', _TABLE_1),
     Parameter('T0', 23.0 + ZERO_CELSIUS, 'K', 250.0, 350.0, 'reference temperature', _TABLE_1, absolute=True),
     Parameter('a_R', 0.003, '1/K', -0.01, 0.05, 'resistance per kelvin', 'Table 1 (alpha), handbook'),
-    Parameter('hA', 0.01933, 'W/K', 1e-5, 10.0, 'convection conductance', 'identified: 80 degC, 25 s, 0.27 A; printed 0.15'),
+    Parameter('hA', 0.01933, 'W/K', 1e-5, 10.0, 'convection conductance', _COOLING),
     Parameter('c1', -3.50e-6, '1/K^2', -1e-3, 1e-3, 'slope of the contraction coefficient, T in K', 'equation 26'),
     Parameter('c2', 4.20e-4, '1/K', -0.5, 0.5, 'contraction coefficient extrapolated to 0 K', 'equation 26'),
     Parameter('a1', -0.4655e6, 'Pa/K^a2', -1e9, 1e9, 'modulus: factor of (T in degC)^a2', 'equations 8 and 27'),
