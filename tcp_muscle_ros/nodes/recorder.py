@@ -171,7 +171,9 @@ class Recorder:
 
     def _elsewhere(self) -> str:
         """Where else muscles are, as the end of a sentence."""
-        names = {topic.rpartition('/')[0] for topic, _ in self._node.get_topic_names_and_types() if self._is_output(topic)}
+        names = {
+            topic.rpartition('/')[0] for topic, _ in self._node.get_topic_names_and_types() if self._is_output(topic)
+        }
         found = sorted(names - {self._namespace.rstrip('/')})
         return f'; there are muscles under {", ".join(name or "/" for name in found)} (--namespace)' if found else ''
 

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_from_msg, get_typestore
+from scipy.ndimage import median_filter
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.bag_writer import KNOWN
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 JOINT_STATES = 'joint_states'
 _FROM_JOINT_STATES = {'displacement': 'position', 'force': 'effort'}
 _OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
+_RHYTHM = 51  # messages over which a topic's rhythm among the ticks is judged
 _SECOND_NS = 1_000_000_000
 
 
@@ -370,18 +373,42 @@ class _Ticks:
         return offset if abs(offset) > _OTHER_CLOCK_NS else 0
 
     def of(self, log: Index) -> Index:
-        """The time of unstamped messages: the nearest tick's within half a period, else the log time.
+        """The time of a topic's unstamped messages: that of their tick (within half a period), else the log time.
 
-        A tick has one message of a topic: of several, the nearest in log time takes the stamp.
+        Messages of one tick leave together, but each arrives with its own delay, and after a stall several ticks
+        arrive at once: the nearest in log time is then sometimes a neighbour's. But a topic keeps its rhythm: it has
+        one message every tick, or every tenth. So each message goes to the tick that its neighbours' rhythm says, and
+        to the nearest where that is further than half a period; a tick takes one message, and the order of the log
+        stays.
         """
+        order = np.argsort(log, kind='stable')
+        log = log[order]
         half_period = float(np.median(np.diff(self.stamp))) / 2
         after = np.clip(np.searchsorted(self.log, log), 1, len(self.log) - 1)
-        tick = np.where(log - self.log[after - 1] <= self.log[after] - log, after - 1, after)
-        distance = np.abs(self.log[tick] - log)
-        nearest_first = np.lexsort((distance, tick))
-        taken = np.zeros(len(log), dtype=bool)
-        taken[nearest_first[1:]] = tick[nearest_first[1:]] == tick[nearest_first[:-1]]
-        return np.where((distance <= half_period) & ~taken, self.stamp[tick], log + self.clock_offset)
+        nearest_tick = np.where(log - self.log[after - 1] <= self.log[after] - log, after - 1, after)
+        count = np.arange(len(log))
+        rhythm = count + median_filter(nearest_tick - count, size=_RHYTHM, mode='nearest')
+        rhythm = np.clip(rhythm, 0, len(self.log) - 1)
+        tick = np.where(np.abs(self.log[rhythm] - log) <= half_period, rhythm, nearest_tick)
+        fits = np.abs(self.log[tick] - log) <= half_period
+        first = np.append(True, np.maximum.accumulate(np.where(fits, tick, -1))[:-1] < tick[1:])
+        fits &= first
+        time = np.where(fits, self.stamp[tick], log + self.clock_offset)
+        in_order = np.empty_like(time)
+        in_order[order] = _between_neighbours(time, fits)
+        return in_order
+
+
+def _between_neighbours(time: Index, sure: NDArray[np.bool_]) -> Index:
+    """Times in the order of the log: one that is not `sure` and outside the sure ones around it is interpolated."""
+    if sure.all() or not sure.any():
+        return time
+    count = np.arange(len(time))
+    start = time[sure][0]
+    between = start + np.interp(count, count[sure], (time[sure] - start).astype(np.float64)).astype(np.int64)
+    before = np.maximum.accumulate(np.where(sure, time, np.iinfo(np.int64).min))
+    after = np.minimum.accumulate(np.where(sure, time, np.iinfo(np.int64).max)[::-1])[::-1]
+    return np.where(sure | ((time > before) & (time < after)), time, between)
 
 
 def _own_number(types: 'Typesdict', kind: str, where: str) -> str:

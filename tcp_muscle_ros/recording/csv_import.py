@@ -151,7 +151,7 @@ def _recording(run: Run, table: _Table) -> Recording:
     notes: list[str] = []
     time: Array
     if isinstance(run.time, float):
-        time = np.arange(len(table.rows)) * run.time
+        time = run.time * np.arange(len(table.rows), dtype=np.float64)
     else:
         time = _time(run.time, table, run.where)
     channels = {}

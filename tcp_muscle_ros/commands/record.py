@@ -1,0 +1,35 @@
+"""``tcp_muscle record --output BAG``: a muscle's topics to a bag, until Ctrl-C."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from tcp_muscle_ros.errors import BadInput
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``record``."""
+    parser.add_argument('--output', required=True, metavar='BAG', help='the new bag, a directory')
+    parser.add_argument('--duration', type=float, metavar='S', help='stop so long after the first message')
+    parser.add_argument('--namespace', default='', metavar='NS', help="where the muscle's topics are (default: /)")
+    parser.add_argument('--use-sim-time', action='store_true', help='log times from /clock')
+
+
+def run(args: argparse.Namespace) -> int:
+    """Record."""
+    if args.duration is not None and not (math.isfinite(args.duration) and args.duration > 0):
+        raise BadInput(f'--duration {args.duration:g}: expected a number of seconds > 0')
+    try:
+        from tcp_muscle_ros.nodes.recorder import record
+    except ImportError as error:
+        raise BadInput(
+            f"needs ROS 2's rclpy ({error}); source a ROS 2 or install this package with its extra [ros]"
+        ) from None
+    return record(
+        args.output,
+        namespace=args.namespace,
+        duration=args.duration,
+        use_sim_time=args.use_sim_time,
+        say=lambda sentence: print(sentence, flush=True),
+    )
