@@ -1,0 +1,235 @@
+"""What is wrong with a recording, before anyone fits a model to it.
+
+Each check looks at one channel alone and says what it found, where, in a sentence. Nothing is mended here.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Recording
+
+
+class Issue(NamedTuple):
+    """One finding. kind: gap, jitter, duplicate, backwards, stuck, not_finite, saturation, quantisation, unit, short.
+
+    interval  s from the recording's start, from where to where it was seen
+    """
+
+    channel: str
+    kind: str
+    interval: tuple[float, float]
+    sentence: str
+
+
+_GAP = 5.0  # periods without a sample
+_MANY_GAPS = 5  # more are told in one sentence
+_JITTER = 0.25  # of the period: the spread (10 % to 90 %) of the intervals
+_STUCK_S = 1.0  # s, and
+_STUCK_SAMPLES = 20  # samples of one value
+_SATURATED = 0.05  # share of all samples at the very top or bottom
+_COARSE = 1.0 / 50.0  # quantisation step as a share of the range
+
+# SI values that a muscle's channel has on a bench; far outside, the unit is the first suspect: (low, high).
+_PLAUSIBLE = {
+    'current': (-5.0, 5.0),
+    'power': (-1.0, 100.0),
+    'voltage': (-60.0, 60.0),
+    'load': (0.0, 200.0),
+    'ambient': (250.0, 330.0),
+    'temperature': (250.0, 600.0),
+    'resistance': (0.05, 10e3),
+    'displacement': (-0.5, 0.5),
+    'displacement_setpoint': (-0.5, 0.5),
+    'force': (-50.0, 200.0),
+}
+
+
+def check(recording: Recording) -> list[Issue]:
+    """All findings of all channels, in the order of the channels and then of time."""
+    issues = []
+    for channel in recording.channels.values():
+        found = check_samples(channel.name, channel.time, channel.value)
+        issues += sorted(found, key=lambda issue: issue.interval)
+    return issues
+
+
+def check_samples(name: str, time: Array, value: Array) -> list[Issue]:
+    """All findings of one channel; `time` (s) and `value` (SI) float64[n], in the order recorded, of any quality."""
+    if len(time) < 2:
+        at = float(time[0]) if len(time) else 0.0
+        return [Issue(name, 'short', (at, at), f'{name} has {len(time)} sample(s)')]
+    issues = [*_order(name, time), *_finiteness(name, time, value)]
+    sound = np.isfinite(value) & np.isfinite(time)
+    time, value = time[sound], value[sound]
+    order = np.argsort(time, kind='stable')
+    time, value = time[order], value[order]
+    if len(time) < 2:
+        return issues
+    issues += _rhythm(name, time)
+    if CHANNELS[name].role == 'output':  # an input may well rest, and sit at its limit
+        issues += [*_stuck(name, time, value), *_saturation(name, time, value), *_quantisation(name, time, value)]
+    issues += _unit(name, time, value)
+    return issues
+
+
+def _order(name: str, time: Array) -> Iterator[Issue]:
+    step = np.diff(time)
+    back = np.flatnonzero(step < 0)
+    if len(back):
+        k = int(back[0])
+        yield Issue(
+            name,
+            'backwards',
+            (float(time[k + 1]), float(time[k])),
+            f'{name}: time runs backwards {len(back)} time(s), first by {-step[k]:.3g} s at {time[k]:.3f} s',
+        )
+    same = np.flatnonzero(step == 0)
+    if len(same):
+        yield Issue(
+            name,
+            'duplicate',
+            (float(time[same[0]]), float(time[same[-1]])),
+            f'{name}: {len(same)} sample(s) repeat the time of the one before, first at {time[same[0]]:.3f} s',
+        )
+
+
+def _finiteness(name: str, time: Array, value: Array) -> Iterator[Issue]:
+    bad = np.flatnonzero(~np.isfinite(value))
+    if len(bad):
+        yield Issue(
+            name,
+            'not_finite',
+            (float(time[bad[0]]), float(time[bad[-1]])),
+            f'{name}: {len(bad)} of {len(value)} values are NaN or infinite',
+        )
+
+
+def _rhythm(name: str, time: Array) -> Iterator[Issue]:
+    step = np.diff(time)
+    step_at = time[:-1][step > 0]
+    step = step[step > 0]
+    if len(step) < 8 or CHANNELS[name].role == 'commanded':  # a command comes when it comes
+        return
+    period = float(np.median(step))
+    gaps = np.flatnonzero(step > _GAP * period)
+    if len(gaps) > _MANY_GAPS:
+        yield Issue(
+            name,
+            'gap',
+            (float(step_at[gaps[0]]), float(step_at[gaps[-1]] + step[gaps[-1]])),
+            f'{name}: {len(gaps)} gaps, {step[gaps].sum():.3g} s in all, the longest {step[gaps].max():.3g} s'
+            f' (period {period:.3g} s)',
+        )
+        gaps = gaps[:0]
+    for k in gaps:
+        start = float(step_at[k])
+        yield Issue(
+            name,
+            'gap',
+            (start, start + float(step[k])),
+            f'{name}: no sample for {step[k]:.3g} s from {start:.3f} s (period {period:.3g} s)',
+        )
+    if CHANNELS[name].role != 'output':  # an input is known between its samples, whenever they are
+        return
+    low, high = np.percentile(step, [10, 90])
+    if high - low > _JITTER * period:
+        yield Issue(
+            name,
+            'jitter',
+            (float(time[0]), float(time[-1])),
+            f'{name}: intervals spread from {low:.3g} s to {high:.3g} s about a period of {period:.3g} s',
+        )
+
+
+def _runs(same: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Stretches of equal samples as (first, last), from which neighbours are the same."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], same, [False])).astype(np.int8)))
+    return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
+
+
+def _stuck(name: str, time: Array, value: Array) -> Iterator[Issue]:
+    """A value that stays bit for bit the same although the channel is noisy, or was moving just before."""
+    noisy = _is_noisy(value)
+    for first, last in _runs(np.diff(value) == 0):
+        long_enough = last - first >= _STUCK_SAMPLES and time[last] - time[first] >= _STUCK_S
+        if long_enough and (noisy or _moving_before(value, first)) and value[first] not in (value.min(), value.max()):
+            start, end = float(time[first]), float(time[last])
+            yield Issue(
+                name,
+                'stuck',
+                (start, end),
+                f'{name}: the same value {value[first]:.6g} for {end - start:.3g} s from {start:.3f} s',
+            )
+
+
+def _is_noisy(value: Array) -> bool:
+    """Do most steps change direction? Then even a resting muscle shows ever new values."""
+    step = np.diff(value)
+    step = step[step != 0]
+    return len(step) > 0.5 * len(value) and float(np.mean(step[1:] * step[:-1] < 0)) > 0.25
+
+
+def _moving_before(value: Array, first: int) -> bool:
+    """Was the channel on its way, by more than ten of its steps over ten samples, and did it then stop dead?"""
+    if first < 10:
+        return False
+    travelled = np.abs(value[first] - value[first - 10])
+    last_half = np.abs(value[first] - value[first - 5])
+    return bool(travelled > 10 * quantum(value) and last_half > 0.35 * travelled)
+
+
+def _saturation(name: str, time: Array, value: Array) -> Iterator[Issue]:
+    """The very top or bottom, run into at speed and kept: a sensor at its limit, not a muscle at rest."""
+    for extreme, side in ((float(value.max()), 'top'), (float(value.min()), 'bottom')):
+        at = value == extreme
+        stretches = [run for run in _runs(at[1:] & at[:-1]) if run[1] - run[0] >= _STUCK_SAMPLES]
+        hit = [run for run in stretches if _moving_before(value, run[0]) or (_is_noisy(value) and run[0] > 0)]
+        if hit and np.mean(at) >= _SATURATED:
+            yield Issue(
+                name,
+                'saturation',
+                (float(time[hit[0][0]]), float(time[hit[-1][1]])),
+                f'{name}: {np.mean(at):.0%} of all values sit at its {side}, {extreme:.6g}: a sensor or rig at its limit, or stuck?',
+            )
+
+
+def quantum(value: Array) -> float:
+    """The step in which a channel is quantised, 0 where all values are equal: the smallest distance of two values."""
+    levels = np.unique(value)
+    if len(levels) < 2:
+        return 0.0
+    steps = np.diff(levels)
+    span = float(levels[-1] - levels[0])
+    return float(steps[steps > 1e-9 * span].min(initial=span))
+
+
+def _quantisation(name: str, time: Array, value: Array) -> Iterator[Issue]:
+    span = float(value.max() - value.min())
+    step = quantum(value)
+    if span > 0 and len(value) >= 100 and step > _COARSE * span:
+        yield Issue(
+            name,
+            'quantisation',
+            (float(time[0]), float(time[-1])),
+            f'{name}: in steps of {step:.3g}, {span / step:.0f} steps over its whole range',
+        )
+
+
+def _unit(name: str, time: Array, value: Array) -> Iterator[Issue]:
+    if name not in _PLAUSIBLE:
+        return
+    low, high = _PLAUSIBLE[name]
+    outside = (value < low) | (value > high)
+    if np.mean(outside) > 0.5:
+        middle = float(np.median(value[outside]))
+        unit = CHANNELS[name].unit
+        shown = middle - 273.15 if unit == 'degC' else middle
+        yield Issue(
+            name,
+            'unit',
+            (float(time[0]), float(time[-1])),
+            f'{name} is about {shown:.4g} {unit}: is it recorded in another unit? Say which with --unit {name}=...',
+        )
