@@ -19,7 +19,10 @@ _KIND = dict(zip(KINDS, (CURRENT, POWER, VOLTAGE), strict=True))
 
 
 class Reading(NamedTuple):
-    """What a muscle shows at one instant. SI; temperatures in K; sensor effects are in, noise is not."""
+    """What a muscle shows at one instant. SI; temperatures in K; sensor effects are in, noise is not.
+
+    ``velocity`` is the mean over the last step.
+    """
 
     temperature: float
     fibre_temperature: float
@@ -146,7 +149,8 @@ class Muscle:
         self.imposed[at.IN_DRIVE] = 0.0
         start = float(self.imposed[at.IN_AMBIENT]) if temperature is None else temperature
         self._settle(_finite('temperature', start, 'K'))
-        self._last = float('nan')
+        self._velocity = 0.0
+        self._last = self._read(0.0).displacement
 
     def _impose(self, drive: float, kind: str, load: float | None, ambient: float | None) -> None:
         number = _kind(kind)
@@ -161,11 +165,11 @@ class Muscle:
     def _read(self, dt: float) -> Reading:
         stepping.advance(self.state, self.imposed, self._p, self._on, self._q, self._work, dt, self._y)
         *values, in_domain, slack = self._y.tolist()
-        displacement = values[at.Y_DISPLACEMENT]
-        velocity = (displacement - self._last) / dt if dt > 0.0 and isfinite(self._last) else 0.0
-        if dt > 0.0 or not isfinite(self._last):
+        if dt > 0.0:
+            displacement = values[at.Y_DISPLACEMENT]
+            self._velocity = (displacement - self._last) / dt
             self._last = displacement
-        return Reading._make((*values, in_domain > 0.5, slack > 0.5, velocity))
+        return Reading._make((*values, in_domain > 0.5, slack > 0.5, self._velocity))
 
     def step(
         self, dt: float, drive: float, kind: str = 'current', load: float | None = None, ambient: float | None = None
