@@ -202,18 +202,25 @@ def write_recording(path: str | Path, recording: Recording, *, namespace: str = 
 
     Temperatures go out in degC; a sensor_msgs/Temperature carries its stamp and variance 0 (= unknown).
     """
-    prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
-    with BagWriter(path, known=recording.known) as writer:
+    write_recordings(path, {namespace: recording})
+
+
+def write_recordings(path: str | Path, recordings: Mapping[str, Recording]) -> None:
+    """Several Recordings in one bag, each under the namespace that is its key; otherwise as `write_recording`."""
+    known = next(iter(recordings.values())).known
+    with BagWriter(path, known=known) as writer:
         times, payloads, topics = [], [], []
-        for channel in recording.channels.values():
-            kind = CHANNELS[channel.name]
-            topic = prefix + kind.topic
-            writer.add_topic(topic, kind.message_type)
-            time_ns = recording.start_ns + np.round(channel.time * 1e9).astype(np.int64)
-            value = UNITS[kind.unit].from_si(channel.value)
-            times.append(time_ns)
-            payloads += _temperature_cdr(time_ns, value) if kind.stamped else _float64_cdr(value)
-            topics += [topic] * len(channel)
+        for namespace, recording in recordings.items():
+            prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
+            for channel in recording.channels.values():
+                kind = CHANNELS[channel.name]
+                topic = prefix + kind.topic
+                writer.add_topic(topic, kind.message_type)
+                time_ns = recording.start_ns + np.round(channel.time * 1e9).astype(np.int64)
+                value = UNITS[kind.unit].from_si(channel.value)
+                times.append(time_ns)
+                payloads += _temperature_cdr(time_ns, value) if kind.stamped else _float64_cdr(value)
+                topics += [topic] * len(channel)
         if times:
             time_ns = np.concatenate(times)
             for k in np.argsort(time_ns, kind='stable').tolist():

@@ -1,0 +1,65 @@
+"""``tcp_muscle calibrate BAG... [--params P.yaml] --output MUSCLE.yaml``: the paper's parameters of a given muscle."""
+
+from __future__ import annotations
+
+import argparse
+
+from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
+from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
+
+# More observations a channel than this are averaged in blocks: a muscle is slow, and the fit stays within seconds.
+_MOST = 4000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``calibrate``."""
+    parser.add_argument('bags', nargs='+', metavar='BAG', help='recordings of one muscle')
+    add_parameter_argument(parser)
+    parser.add_argument('--output', required=True, metavar='MUSCLE.yaml', help='the parameter file to write')
+    parser.add_argument(
+        '--separate',
+        action='append',
+        default=[],
+        metavar='NAME',
+        help='a parameter that each recording has for itself, e.g. B where every run is another specimen (repeatable)',
+    )
+    add_bag_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fit, print the table, write the parameter file and its intervals."""
+    from pathlib import Path
+
+    from tcp_muscle_ros.commands.model_arguments import read_experiments
+    from tcp_muscle_ros.commands.progress import Progress
+    from tcp_muscle_ros.diagnosis.calibration import calibrate
+    from tcp_muscle_ros.diagnosis.unknowns import SEPARABLE
+    from tcp_muscle_ros.errors import BadInput, nearest
+    from tcp_muscle_ros.intervals import write_intervals
+    from tcp_muscle_ros.parameter_file import read, write
+    from tcp_muscle_ros.report.tables import calibration_note, calibration_table
+
+    for name in args.separate:
+        if name not in SEPARABLE:
+            raise BadInput(f'--separate {name}: expected one of {", ".join(SEPARABLE)}{nearest(name, SEPARABLE)}')
+    output = Path(args.output)
+    if not output.parent.is_dir():
+        raise BadInput(f'{output}: its folder does not exist')
+    nominal = read(args.params)
+    experiments = read_experiments(args, args.bags, _MOST)
+    with Progress('calibrating') as progress:
+        calibration = calibrate(experiments, nominal.parameters, separate=args.separate, progress=progress.beat)
+    for experiment in experiments:
+        for note in experiment.notes:
+            print(f'note: {experiment.name}: {note}')
+    print(calibration_table(calibration))
+    write(
+        output,
+        calibration.parameters,
+        operating=nominal.operating,
+        heading=(f'Calibrated by tcp_muscle calibrate on {len(experiments)} recording(s), from {args.params}.',),
+        note=calibration_note(calibration),
+    )
+    write_intervals(output, calibration)
+    print(f'{output}: loads into sim_node and replay; its intervals are beside it')
+    return 0

@@ -1,0 +1,42 @@
+"""A sign of life on standard error for work longer than two seconds."""
+
+import sys
+import time
+from types import TracebackType
+
+_FIRST, _BETWEEN = 2.0, 1.0  # s
+
+
+class Progress:
+    """``with Progress('fitting') as p: p.beat()``: after two seconds, a line that counts and is wiped at the end."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._count = 0
+        self._start = self._shown = time.monotonic()
+
+    def beat(self) -> None:
+        """One more step was done."""
+        self._count += 1
+        now = time.monotonic()
+        if now - self._start > _FIRST and now - self._shown > _BETWEEN:
+            self._shown = now
+            self._say(f'{self._what}: {self._count} runs of the model, {now - self._start:.0f} s')
+
+    def stage(self, what: str) -> None:
+        """The work has come to its next part."""
+        self._what = what
+
+    @staticmethod
+    def _say(line: str) -> None:
+        end = '\r' if sys.stderr.isatty() else '\n'
+        print(f'{line:<78}', end=end, file=sys.stderr, flush=True)
+
+    def __enter__(self) -> 'Progress':
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if sys.stderr.isatty() and self._shown > self._start:
+            self._say('')

@@ -1,0 +1,294 @@
+"""A recording made ready for the model: what was imposed, when the model is stepped, and what was seen.
+
+An input holds from its stamp to the next. The model is stepped at the instants of the observations and at every
+change of an input, so that its exact step answers for any rate. Long recordings are averaged in blocks that never
+straddle a change of the drive.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import KINDS, Outputs, Parameters, simulate
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.recording.recording import OUTPUTS, Channel, Recording
+
+_SAME_INSTANT = 1e-6  # s: stamps closer than this are one
+_LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
+
+
+@dataclass(frozen=True)
+class Imposed:
+    """What was imposed: drive (A, W or V by ``kind``), load (N), ambient (K) at ``time`` (s), each shape (n,)."""
+
+    kind: str
+    time: Array
+    drive: Array
+    load: Array
+    ambient: Array
+
+
+@dataclass(frozen=True)
+class Holding:
+    """What holds the end: as the arguments of Muscle."""
+
+    end: str = 'load'
+    starting_load: float = 0.0
+    held_length: float = 0.0
+    spring_rate: float = 0.0
+    spring_rest_length: float = 0.0
+
+
+@dataclass(frozen=True)
+class Observed:
+    """One output channel: ``value`` (SI) at ``time`` (s), both shape (m,); ``count`` samples were averaged in each."""
+
+    time: Array
+    value: Array
+    count: Array
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One recording as the model sees it. ``notes`` say what was assumed, for people to read."""
+
+    name: str
+    imposed: Imposed
+    holding: Holding
+    observed: Mapping[str, Observed]
+    known: Mapping[str, object] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def outputs(self, parameters: Parameters, temperature: float | None = None) -> Outputs:
+        """The model's outputs at ``imposed.time``; ``temperature`` (K) at the start, default the ambient."""
+        imposed, holding = self.imposed, self.holding
+        return simulate(
+            parameters,
+            imposed.time,
+            imposed.drive,
+            kind=imposed.kind,
+            load=imposed.load,
+            ambient=imposed.ambient,
+            end=holding.end,
+            starting_load=holding.starting_load,
+            held_length=holding.held_length,
+            spring_rate=holding.spring_rate,
+            spring_rest_length=holding.spring_rest_length,
+            temperature=temperature,
+        )
+
+    def predict(self, parameters: Parameters, temperature: float | None = None) -> dict[str, Array]:
+        """What the model shows at the instants of each observed channel (SI, shapes as observed)."""
+        outputs = self.outputs(parameters, temperature)
+        return {
+            name: np.interp(channel.time, outputs.time, getattr(outputs, name))
+            for name, channel in self.observed.items()
+        }
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last instant, s."""
+        return float(self.imposed.time[-1] - self.imposed.time[0])
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a recording may not say itself (SI): used where no channel and no known fact does."""
+
+    load: float | None = None
+    ambient: float | None = None
+    end: str | None = None
+    held_length: float = 0.0
+    spring_rate: float = 0.0
+    spring_rest_length: float = 0.0
+
+
+def prepare(
+    recording: Recording, nominal: Parameters, conditions: Conditions | None = None, most: int | None = None
+) -> Experiment:
+    """Make a recording ready for the model.
+
+    Args:
+        recording: channels in SI.
+        nominal: the muscle as assumed; gives the ambient (T0) where nothing else does.
+        conditions: what the user states about the run.
+        most: the largest number of observations a channel; longer ones are averaged in blocks.
+
+    Raises:
+        BadInput: no input, no output, or fewer than two samples of them.
+    """
+    conditions = conditions or Conditions()
+    notes: list[str] = list(recording.notes)
+    kind, drive = _drive(recording)
+    observed = {name: recording[name] for name in OUTPUTS if name in recording and len(recording[name]) > 1}
+    if 'resistance' not in observed and {'voltage', 'current'} <= set(recording.channels):
+        derived = _resistance(recording)
+        if derived is not None:
+            observed['resistance'] = derived
+            notes.append('resistance was derived as voltage over current')
+    holding, load, used = _holding(recording, observed, conditions, notes)
+    if used is not None:
+        observed.pop(used, None)
+    if not observed:
+        raise BadInput(
+            f'{recording.path}: nothing to compare: expected at least one of {", ".join(OUTPUTS)} beside {kind}'
+        )
+    ambient = recording.channels.get('ambient')
+    still = _number(recording.known.get('ambient_c'), 273.15)
+    if still is None:
+        still = conditions.ambient if conditions.ambient is not None else nominal['T0']
+    start = max(float(drive.time[0]), 0.0)
+    end = max(float(channel.time[-1]) for channel in observed.values())
+    blocks = {name: _blocks(channel, drive, most, start) for name, channel in observed.items()}
+    grid = _grid([channel.time for channel in blocks.values()], drive, load, start, end)
+    imposed = Imposed(
+        kind,
+        grid,
+        _hold(drive, grid),
+        np.maximum(_hold(load, grid), 0.0) if isinstance(load, Channel) else np.full(grid.size, load),
+        _hold(ambient, grid) if ambient is not None and len(ambient) else np.full(grid.size, still),
+    )
+    return Experiment(recording.path, imposed, holding, blocks, recording.known, tuple(notes))
+
+
+def _drive(recording: Recording) -> tuple[str, Channel]:
+    """The input that was applied; the commanded one where the applied was not recorded."""
+    for suffix in ('', '_command'):
+        for kind in KINDS:
+            name = f'{kind}{suffix}'
+            if name in recording and len(recording[name]) > 0:
+                return kind, recording[name]
+    raise BadInput(
+        f'{recording.path}: no input recorded: expected a channel current, power or voltage '
+        '(name one with --channel current=TOPIC)'
+    )
+
+
+def _resistance(recording: Recording) -> Channel | None:
+    current, voltage = recording['current'], recording['voltage']
+    i = _hold(current, voltage.time)
+    flows = np.abs(i) > _LEAST_SENSE_CURRENT
+    if flows.sum() < 2:
+        return None
+    return Channel(
+        'resistance', voltage.time[flows], voltage.value[flows] / i[flows], f'{voltage.topic}/{current.topic}'
+    )
+
+
+def _number(value: object, offset: float = 0.0) -> float | None:
+    return float(value) + offset if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+def _holding(
+    recording: Recording, observed: Mapping[str, Channel], conditions: Conditions, notes: list[str]
+) -> tuple[Holding, Channel | float, str | None]:
+    """What holds the end, the load (a channel or a constant), and the output that thereby became an input."""
+    known = recording.known
+    stated = known.get('end') if isinstance(known.get('end'), str) else conditions.end
+    end = str(stated) if stated else _guess_end(observed)
+    load: Channel | float
+    used = None
+    constant = _number(known.get('load_n'))
+    if constant is None:
+        constant = conditions.load
+    if 'load' in recording and len(recording['load']):
+        load = recording['load']
+        used = 'force' if end == 'load' else None
+    elif end == 'load' and 'force' in observed:
+        load, used = observed['force'], 'force'  # the force at a loaded end is the load
+        if np.ptp(load.value) <= 0.02 * max(float(np.median(load.value)), 1e-9):
+            load = float(np.median(load.value))
+    elif constant is not None:
+        load = constant
+    else:
+        load = 0.0
+        notes.append('no load was recorded or stated: taken as 0 N')
+    if end == 'blocked' and 'displacement' in observed:
+        used = 'displacement'
+    first = float(np.median(load.value[:5])) if isinstance(load, Channel) else load
+    rate = _number(known.get('spring_rate_n_per_m')) or conditions.spring_rate
+    if end == 'spring' and not rate:
+        rate = _spring_rate(observed, recording.path)
+        notes.append(f'spring rate {rate:.3g} N/m taken from force against displacement')
+    start = constant if constant is not None else max(first, 0.0)
+    return (
+        Holding(
+            end,
+            start,
+            _number(known.get('held_length_m')) or conditions.held_length,
+            rate,
+            _number(known.get('spring_rest_length_m')) or conditions.spring_rest_length,
+        ),
+        load,
+        used,
+    )
+
+
+def _guess_end(observed: Mapping[str, Channel]) -> str:
+    """A force that changes is a held end's; beside a displacement that changes with it, a spring's."""
+    if 'force' not in observed:
+        return 'load'
+    force = observed['force'].value
+    if np.ptp(force) <= 0.05 * max(float(np.max(np.abs(force))), 1e-9):
+        return 'load'
+    if 'displacement' not in observed or np.ptp(observed['displacement'].value) < 1e-5:
+        return 'blocked'
+    at = observed['displacement']
+    f = np.interp(at.time, observed['force'].time, force)
+    correlation = float(np.corrcoef(f, at.value)[0, 1])
+    return 'spring' if correlation > 0.98 else 'load'
+
+
+def _spring_rate(observed: Mapping[str, Channel], path: str) -> float:
+    if not {'force', 'displacement'} <= set(observed):
+        raise BadInput(
+            f"{path}: end 'spring' without a rate: state spring_rate_n_per_m, or record force and displacement"
+        )
+    at = observed['displacement']
+    f = np.interp(at.time, observed['force'].time, observed['force'].value)
+    return float(max(np.polyfit(at.value, f, 1)[0], 1e-3))
+
+
+def _hold(channel: Channel | float, grid: Array) -> Array:
+    """The value that holds at each instant: the latest at or before it (the first before the first)."""
+    if not isinstance(channel, Channel):
+        return np.full(grid.size, channel)
+    at = np.searchsorted(channel.time, grid + _SAME_INSTANT, side='right') - 1
+    return channel.value[np.maximum(at, 0)]
+
+
+def _changes(channel: Channel | float) -> Array:
+    """The stamps at which an input takes a new value."""
+    if not isinstance(channel, Channel):
+        return np.empty(0)
+    return np.asarray(channel.time[1:][np.diff(channel.value) != 0.0])
+
+
+def _grid(stamps: list[Array], drive: Channel, load: Channel | float, start: float, end: float) -> Array:
+    densest = max(stamps, key=len)
+    # Channels stamped apart within a tick are interpolated between ticks; sparse ones get their own instants.
+    own = [s for s in stamps if s is densest or (s.size > 1 and np.median(np.diff(s)) > 0.3)]
+    instants = np.concatenate([np.array([start, end]), *own, _changes(drive), _changes(load)])
+    instants = np.unique(instants[(instants >= start) & (instants <= end)])
+    keep = np.concatenate([[True], np.diff(instants) > _SAME_INSTANT])
+    return np.ascontiguousarray(instants[keep])
+
+
+def _blocks(channel: Channel, drive: Channel, most: int | None, start: float) -> Observed:
+    """The channel from ``start`` on, averaged in blocks where it has more than ``most`` samples."""
+    kept = channel.time >= start - _SAME_INSTANT
+    time, value = channel.time[kept], channel.value[kept]
+    if most is None or time.size <= most:
+        return Observed(time, value, np.ones(time.size))
+    width = int(np.ceil(time.size / most))
+    changes = _changes(drive)
+    if changes.size > time.size // 4:  # a drive that changes at every tick has no edges to respect
+        changes = np.empty(0)
+    segment = np.searchsorted(changes, time, side='right')
+    first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
+    position = np.arange(time.size) - np.repeat(first, np.diff(np.append(first, time.size)))
+    label = np.cumsum(np.concatenate([[0], (np.diff(segment) != 0) | (position[1:] % width == 0)]))
+    count = np.bincount(label).astype(float)
+    return Observed(np.bincount(label, time) / count, np.bincount(label, value) / count, count)

@@ -1,0 +1,228 @@
+"""Fit the muscle to recordings: nonlinear least squares of whitened residuals inside the simulator.
+
+The residual of every channel is divided by its noise and whitened; the zero of displacement and of force is a linear
+unknown of each recording and is projected out exactly. Uses scipy's trust-region solver; the Jacobian is by forward
+differences, the columns of one recording's own unknowns cost one recording.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.noise import Noise, whiten
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle.arrays import Array
+
+FLOATING_ZERO = ('displacement', 'force')  # channels whose zero is a convention of the rig
+_STEP = 1e-5
+_WORKERS = 2
+
+Values = Mapping[tuple[str, int | None], float]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is fitted to what: experiments, the muscle that the unknowns start from, noise by channel."""
+
+    experiments: tuple[Experiment, ...]
+    parameters: Parameters
+    unknowns: tuple[Unknown, ...]
+    noise: Mapping[str, Noise]
+
+    def with_noise(self, noise: Mapping[str, Noise]) -> 'Problem':
+        """The same with other noise."""
+        return replace(self, noise=noise)
+
+    def start(self) -> Array:
+        """The unknowns' nominal values in the fit's coordinates."""
+        return np.array([u.to_fit(u.start) for u in self.unknowns])
+
+    def values(self, z: Array) -> dict[tuple[str, int | None], float]:
+        """Coordinates to values."""
+        return {u.key: u.from_fit(float(zi)) for u, zi in zip(self.unknowns, z, strict=True)}
+
+    def muscle(self, values: Values, recording: int | None = None) -> Parameters:
+        """The muscle that these values make, for one recording where some unknowns are its own."""
+        mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
+        return self.parameters.replace(mine)
+
+    def predict(self, values: Values, recording: int) -> dict[str, Array]:
+        """What the model shows in one recording (SI)."""
+        experiment = self.experiments[recording]
+        ambient = values.get((AMBIENT, recording))
+        if ambient is not None:
+            imposed = replace(experiment.imposed, ambient=np.full(experiment.imposed.time.size, ambient))
+            experiment = replace(experiment, imposed=imposed)
+        return experiment.predict(self.muscle(values, recording), values.get((START, recording)))
+
+    def residual(self, values: Values, recording: int) -> Array:
+        """Whitened residuals of one recording, channel after channel, floating zeros projected out, shape (m,)."""
+        predicted = self.predict(values, recording)
+        return np.concatenate(
+            [
+                self._whitened(name, observed.value - predicted[name], recording)
+                for name, observed in self.experiments[recording].observed.items()
+            ]
+        )
+
+    def _whitened(self, channel: str, raw: Array, recording: int) -> Array:
+        observed = self.experiments[recording].observed[channel]
+        white = whiten(raw, observed.time, self.noise[channel])
+        if channel not in FLOATING_ZERO:
+            return white
+        constant = self._constants[channel, recording]
+        return np.asarray(white - constant * (constant @ white))
+
+    @cached_property
+    def _constants(self) -> dict[tuple[str, int], Array]:
+        """The whitened constant of every channel with a floating zero, as a unit vector."""
+        constants = {}
+        for k, experiment in enumerate(self.experiments):
+            for name in FLOATING_ZERO:
+                if name in experiment.observed:
+                    time = experiment.observed[name].time
+                    white = whiten(np.ones(time.size), time, self.noise[name])
+                    constants[name, k] = white / np.linalg.norm(white)
+        return constants
+
+    def zeros(self, values: Values, recording: int) -> dict[str, float]:
+        """The floating zeros that the projection took out (SI): recorded minus predicted, by channel."""
+        predicted = self.predict(values, recording)
+        found = {}
+        for name, observed in self.experiments[recording].observed.items():
+            if name in FLOATING_ZERO:
+                constant = whiten(np.ones(observed.time.size), observed.time, self.noise[name])
+                white = whiten(observed.value - predicted[name], observed.time, self.noise[name])
+                found[name] = float(constant @ white / (constant @ constant))
+        return found
+
+    def raw_residuals(self, values: Values, recording: int) -> dict[str, Array]:
+        """Recorded minus predicted (SI) by channel, after the floating zeros."""
+        predicted = self.predict(values, recording)
+        zeros = self.zeros(values, recording)
+        return {
+            name: observed.value - predicted[name] - zeros.get(name, 0.0)
+            for name, observed in self.experiments[recording].observed.items()
+        }
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted problem: values by (name, recording), covariance in the fit's coordinates, and the misfit.
+
+    ``misfit`` is the sum of squared whitened residuals of the data; ``penalty`` that of the priors.
+    """
+
+    problem: Problem
+    z: Array
+    covariance: Array
+    residuals: tuple[Array, ...]
+    jacobian: Array
+    misfit: float
+    penalty: float
+
+    @property
+    def values(self) -> dict[tuple[str, int | None], float]:
+        """The fitted values by (name, recording)."""
+        return self.problem.values(self.z)
+
+    @property
+    def muscle(self) -> Parameters:
+        """The fitted muscle (without what belongs to single recordings)."""
+        return self.problem.muscle(self.values)
+
+    @property
+    def objective(self) -> float:
+        """Misfit and penalty: twice the negative log posterior but for a constant."""
+        return self.misfit + self.penalty
+
+    def interval(self, k: int, width: float = 1.645) -> tuple[float, float]:
+        """The interval of unknown k, ``width`` standard deviations either way (1.645: 90 %)."""
+        unknown, spread = self.problem.unknowns[k], float(np.sqrt(self.covariance[k, k]))
+        low, high = self.z[k] - width * spread, self.z[k] + width * spread
+        return unknown.from_fit(float(low)), unknown.from_fit(float(high))
+
+
+def residual_vector(problem: Problem, z: Array) -> list[Array]:
+    """Whitened residuals of all recordings at ``z``."""
+    values = problem.values(z)
+    return [problem.residual(values, k) for k in range(len(problem.experiments))]
+
+
+def jacobian(problem: Problem, z: Array, base: Sequence[Array], which: Sequence[int] | None = None) -> Array:
+    """d residual / d z, shape (sum m, len(which)), by differences away from the nearer bound."""
+    which = range(len(problem.unknowns)) if which is None else which
+    sizes = [r.size for r in base]
+    starts = np.concatenate([[0], np.cumsum(sizes)])
+    out = np.zeros((int(starts[-1]), len(which)))
+
+    def column(task: tuple[int, int]) -> None:
+        place, k = task
+        unknown = problem.unknowns[k]
+        step = _STEP if unknown.to_fit(unknown.high) - z[k] > _STEP else -_STEP
+        moved = z.copy()
+        moved[k] += step
+        values = problem.values(moved)
+        owners = range(len(sizes)) if unknown.recording is None else [unknown.recording]
+        for r in owners:
+            out[starts[r] : starts[r + 1], place] = (problem.residual(values, r) - base[r]) / step
+
+    with ThreadPoolExecutor(_WORKERS) as pool:
+        list(pool.map(column, enumerate(which)))
+    return out
+
+
+def fit(
+    problem: Problem,
+    z0: Array | None = None,
+    *,
+    rounds: int = 30,
+    tolerance: float = 1e-7,
+    progress: Callable[[], None] | None = None,
+) -> Fit:
+    """Fit the unknowns by penalised least squares from ``z0`` (default: their nominal values).
+
+    Returns the fit with the covariance of its linearisation. Stops after ``rounds`` evaluations or when the objective
+    changes relatively by less than ``tolerance``.
+    """
+    centre = problem.start()
+    scale = np.array([u.prior_spread for u in problem.unknowns])
+    low = np.array([u.to_fit(u.low) if u.low > 0.0 or not u.log else -np.inf for u in problem.unknowns])
+    high = np.array([u.to_fit(u.high) for u in problem.unknowns])
+    prior = np.diag(1.0 / scale)
+
+    def residuals(z: Array) -> Array:
+        if progress:
+            progress()
+        return np.concatenate([*residual_vector(problem, z), (z - centre) / scale])
+
+    def slopes(z: Array) -> Array:
+        return np.vstack([jacobian(problem, z, residual_vector(problem, z)), prior])
+
+    start = centre if z0 is None else z0
+    margin = 1e-9 * (1.0 + np.abs(start))
+    solution = least_squares(
+        residuals,
+        np.clip(start, low + margin, high - margin),
+        jac=slopes,
+        bounds=(low, high),
+        x_scale=scale,
+        ftol=tolerance,
+        xtol=1e-9,
+        gtol=1e-9,
+        max_nfev=rounds,
+    )
+    z = np.asarray(solution.x)
+    parts = residual_vector(problem, z)
+    full = np.asarray(solution.jac)
+    information = full.T @ full
+    covariance = np.linalg.pinv(information, hermitian=True)
+    misfit = float(sum(part @ part for part in parts))
+    penalty = float(np.sum(((z - centre) / scale) ** 2))
+    return Fit(problem, z, covariance, tuple(parts), full[: -len(z)], misfit, penalty)

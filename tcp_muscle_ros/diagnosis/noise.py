@@ -1,0 +1,76 @@
+"""The noise of a channel: its size and its colour, and the whitening that makes a misfit comparable with it.
+
+Noise is taken as a first-order autoregression per channel: ``e_k = phi e_{k-1} + w_k``. Residuals of a thermal rig are
+coloured, and tests that assume white noise raise false alarms almost always (see docs/diagnosis.md).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from tcp_muscle_ros.muscle.arrays import Array
+
+_LARGEST_PHI = 0.98
+_GAP = 5.0  # intervals: after a longer pause the noise has forgotten
+
+
+@dataclass(frozen=True)
+class Noise:
+    """``sigma`` in the channel's SI unit (of one sample), ``phi`` the correlation of neighbours."""
+
+    sigma: float
+    phi: float = 0.0
+
+
+def white_sigma(value: Array) -> float:
+    """The quick part of the noise, from second differences, robust against edges; quantisation included.
+
+    A channel whose second differences mostly vanish is quantised: its step over sqrt(12) is the least noise.
+    """
+    if value.size < 4:
+        return 0.0
+    second = np.diff(value, 2)
+    spread = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
+    return float(max(spread, quantum(value) / np.sqrt(12.0)))
+
+
+def quantum(value: Array) -> float:
+    """The smallest step between different values, 0 where values repeat too seldom to be quantised."""
+    levels = np.unique(value)
+    if value.size < 20 or levels.size < 2 or levels.size > 0.5 * value.size:
+        return 0.0
+    steps = np.diff(levels)
+    real = steps[steps > 1e-9 * float(np.ptp(levels))]
+    return float(np.min(real)) if real.size else 0.0
+
+
+def whiten(residual: Array, time: Array, noise: Noise) -> Array:
+    """Residuals (m,) or columns (m, n) with the colour removed, in units of sigma: unit variance, independent."""
+    scaled = residual / noise.sigma
+    if noise.phi == 0.0 or time.size < 2:
+        return scaled
+    dt = np.diff(time)
+    typical = float(np.median(dt))
+    if scaled.ndim == 1 and np.ptp(dt) < 0.02 * typical:  # an even grid, the common case
+        first = scaled[0]
+        out: Array = lfilter([1.0, -noise.phi], [1.0], scaled) / np.sqrt(1.0 - noise.phi**2)
+        out[0] = first
+        return out
+    phi = np.where(dt < _GAP * typical, noise.phi ** (dt / typical), 0.0)
+    if scaled.ndim == 2:
+        phi = phi[:, None]
+    out = scaled.copy()
+    out[1:] = (scaled[1:] - phi * scaled[:-1]) / np.sqrt(1.0 - phi**2)
+    return out
+
+
+def estimate(residual: Array, floor: float) -> Noise:
+    """Size and colour of residuals (m,); never below ``floor``, the sensor's quick noise."""
+    if residual.size < 8:
+        return Noise(max(float(np.std(residual)), floor, 1e-12))
+    centred = residual - residual.mean()
+    power = float(centred @ centred)
+    phi = float(centred[1:] @ centred[:-1]) / power if power > 0.0 else 0.0
+    sigma = max(float(np.sqrt(power / residual.size)), floor, 1e-12)
+    return Noise(sigma, float(np.clip(phi, 0.0, _LARGEST_PHI)))

@@ -1,0 +1,72 @@
+"""Replay: drive the model with recorded inputs, free-run, and compare each channel."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle.arrays import Array
+
+_BAND = (5.0, 95.0)  # percentiles
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One channel: predictions (SI) at the recorded stamps and how far they are from what was recorded.
+
+    ``nrmse`` is ``rmse`` over the recorded peak to peak; ``bias`` the mean of recorded minus predicted. ``low`` and
+    ``high`` bound the 90 % band that the parameters' intervals give, where they are known.
+    """
+
+    time: Array
+    recorded: Array
+    predicted: Array
+    rmse: float
+    nrmse: float
+    bias: float
+    low: Array | None = None
+    high: Array | None = None
+
+
+def start_temperature(experiment: Experiment) -> float | None:
+    """The fibre's temperature (K) at the start as recorded: the mean of what was read before the drive came on."""
+    observed = experiment.observed.get('temperature')
+    if observed is None:
+        return None
+    drive = experiment.imposed.drive
+    on = np.flatnonzero(drive != 0.0)
+    until = experiment.imposed.time[on[0]] if on.size else experiment.imposed.time[-1]
+    still = observed.value[observed.time <= max(float(until), float(observed.time[0]))]
+    # Long rests may drift; the last seconds before the drive are not the start.
+    return float(np.mean(still[: max(1, min(still.size, 20))]))
+
+
+def replay(
+    experiment: Experiment, parameters: Parameters, variants: Mapping[int, Parameters] | None = None
+) -> dict[str, Comparison]:
+    """Compare every recorded output with the model's free run under the recorded inputs.
+
+    ``variants``: other muscles within the parameters' intervals; their spread is the band.
+    """
+    start = start_temperature(experiment)
+    predicted = experiment.predict(parameters, start)
+    spread = [experiment.predict(muscle, start) for muscle in (variants or {}).values()]
+    found = {}
+    for name, observed in experiment.observed.items():
+        error = observed.value - predicted[name]
+        rmse = float(np.sqrt(np.mean(error**2)))
+        span = float(np.ptp(observed.value))
+        band = np.percentile([p[name] for p in spread], _BAND, axis=0) if spread else (None, None)
+        found[name] = Comparison(
+            observed.time,
+            observed.value,
+            predicted[name],
+            rmse,
+            rmse / span if span > 0.0 else float('inf'),
+            float(np.mean(error)),
+            band[0],
+            band[1],
+        )
+    return found

@@ -1,0 +1,1 @@
+"""Findings as tables, figures, files: the same findings, however they were found."""

@@ -1,0 +1,51 @@
+"""One look for every figure: colour-blind-safe colours (Okabe & Ito 2008), units on every axis, no display needed."""
+
+from typing import Any
+
+import matplotlib
+
+matplotlib.use('Agg')
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tcp_muscle_ros.muscle.arrays import Array
+
+RECORDED, PREDICTED, IMPROVED, SETPOINT, DRIVE = '#000000', '#D55E00', '#0072B2', '#009E73', '#CC79A7'
+CHANNEL_AXIS = {
+    'temperature': 'temperature (degC)',
+    'resistance': 'resistance (ohm)',
+    'displacement': 'contraction (mm)',
+    'force': 'force (mN)',
+    'current': 'current (A)',
+    'power': 'power (W)',
+    'voltage': 'voltage (V)',
+}
+_FROM_SI = {'temperature': (1.0, -273.15), 'displacement': (1e3, 0.0), 'force': (1e3, 0.0)}
+
+
+def shown(channel: str, value: Array) -> Array:
+    """SI values of a channel as people read them."""
+    factor, offset = _FROM_SI.get(channel, (1.0, 0.0))
+    return value * factor + offset
+
+
+def canvas(
+    rows: int, columns: int = 1, *, width: float = 9.0, height: float = 2.2, **options: Any
+) -> tuple[Figure, list[Axes]]:
+    """A figure with its axes as a flat list."""
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(width, height * rows), squeeze=False, layout='constrained', **options
+    )
+    flat = [axis for row in axes for axis in row]
+    for axis in flat:
+        axis.grid(alpha=0.25, linewidth=0.6)
+        axis.spines[['top', 'right']].set_visible(False)
+    return figure, flat
+
+
+def save(figure: Figure, path: object) -> None:
+    """Write a PNG and let go of the figure."""
+    figure.savefig(str(path), dpi=110)
+    plt.close(figure)

@@ -1,0 +1,87 @@
+"""Tables for the terminal."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from tcp_muscle_ros.diagnosis.calibration import Calibration, Estimate
+from tcp_muscle_ros.diagnosis.replaying import Comparison
+from tcp_muscle_ros.muscle import SPECIFICATIONS
+from tcp_muscle_ros.parameter_file import describe
+
+# How people read a channel: unit and factor from SI (differences of temperature are the same in K and degC).
+SHOWN = {'temperature': ('K', 1.0), 'resistance': ('ohm', 1.0), 'displacement': ('mm', 1e3), 'force': ('mN', 1e3)}
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns aligned: the first to the left, the others to the right."""
+    widths = [max(len(row[k]) for row in [heads, *rows]) for k in range(len(heads))]
+
+    def line(row: Sequence[str]) -> str:
+        return '  '.join(
+            cell.ljust(w) if k == 0 else cell.rjust(w) for k, (cell, w) in enumerate(zip(row, widths, strict=True))
+        )
+
+    return '\n'.join([line(heads), '  '.join('-' * w for w in widths), *(line(row) for row in rows)])
+
+
+def comparison_table(compared: Mapping[str, Comparison]) -> str:
+    """One row a channel: samples, RMSE, NRMSE (of the recorded peak to peak), bias."""
+    rows = []
+    for name, c in compared.items():
+        unit, factor = SHOWN[name]
+        rows.append(
+            [
+                name,
+                str(c.time.size),
+                f'{c.rmse * factor:.4g} {unit}',
+                f'{100.0 * c.nrmse:.2f} %',
+                f'{c.bias * factor:+.4g} {unit}',
+            ]
+        )
+    return table(['channel', 'samples', 'RMSE', 'NRMSE', 'bias'], rows)
+
+
+def _edge(e: Estimate, value: float) -> float:
+    row = SPECIFICATIONS.get(e.name)
+    if row is not None:
+        return row.to_edge(value)
+    return value - 273.15 if e.unit == 'K' else value
+
+
+def _row(e: Estimate) -> list[str]:
+    name = e.name if e.recording is None else f'{e.name} [{e.recording + 1}]'
+    unit = 'degC' if e.unit == 'K' else e.unit
+    if not e.fixed:
+        why = (
+            f'not fixed by the data{f" (trades against {e.partner})" if e.partner else ""}; kept near its nominal value'
+        )
+        return [name, f'{_edge(e, e.nominal):.4g}', '-', '-', unit, why]
+    remark = 'at its bound' if e.at_bound else ''
+    interval = f'{_edge(e, e.low):.5g} to {_edge(e, e.high):.5g}'
+    return [name, f'{_edge(e, e.nominal):.5g}', f'{_edge(e, e.value):.5g}', interval, unit, remark]
+
+
+def calibration_table(calibration: Calibration) -> str:
+    """Parameters with 90 % intervals, those that the data do not fix said to be so, and the misfit by channel."""
+    rows = [_row(e) for e in (*calibration.estimates, *calibration.combinations)]
+    lines = [table(['parameter', 'nominal', 'value', '90 % interval', 'unit', 'remark'], rows), '']
+    for name, errors in calibration.rmse().items():
+        unit, factor = SHOWN[name]
+        shown = ', '.join('-' if e != e else f'{e * factor:.4g}' for e in errors)
+        lines.append(f'RMSE {name}: {shown} {unit}')
+    return '\n'.join(lines)
+
+
+def calibration_note(calibration: Calibration) -> Callable[[str], str]:
+    """The comment behind each parameter of a calibrated file."""
+    estimates = {e.name: e for e in calibration.estimates if e.recording is None}
+
+    def note(name: str) -> str:
+        e = estimates.get(name)
+        if e is None:
+            return describe(name)
+        row = SPECIFICATIONS[name]
+        if not e.fixed:
+            return f'{row.edge_unit}; {row.meaning}; not fixed by the data'
+        return f'{row.edge_unit}; {row.meaning}; calibrated, 90 % {row.to_edge(e.low):.5g} to {row.to_edge(e.high):.5g}'
+
+    return note
