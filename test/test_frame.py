@@ -25,6 +25,7 @@ FLOORS = [
     {'errors'},
     {'muscle', 'recording', 'operating'},
     {'parameter_file', 'control', 'diagnosis'},
+    {'intervals'},
     {'report', 'nodes'},
     {'commands'},
     {'tool'},
