@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 JOINT_STATES = 'joint_states'
 _FROM_JOINT_STATES = {'displacement': 'position', 'force': 'effort'}
 _OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
-_RHYTHM = 51  # messages over which a topic's rhythm among the ticks is judged
+_RHYTHM = 101  # messages over which a topic's rhythm among the ticks is judged
 _SECOND_NS = 1_000_000_000
 
 
@@ -89,7 +89,7 @@ def read_bag(
             found[source.channel] = Channel(
                 source.channel, (time - start_ns) / 1e9, source.unit.to_si(value), source.topic
             )
-    return Recording(str(path), found, start_ns, bag.known(), tuple(bag.notes + reader.notes))
+    return Recording(str(path), found, start_ns, bag.known(), tuple(bag.all_notes() + reader.notes))
 
 
 class _Bag:
@@ -106,7 +106,6 @@ class _Bag:
             self.files.append(SqliteFile(file) if file.suffix == '.db3' else McapFile(file))
         self.topics: dict[str, StoredTopic] = {}
         for opened in self.files:
-            self.notes += opened.notes
             self.topics |= opened.topics
         if not self.topics:
             raise BadInput(f'{path}: empty bag: it has no topic')
@@ -133,6 +132,10 @@ class _Bag:
         if not present:
             raise BadInput(f'{path}: empty bag: {files[0].name} has no content')
         return present
+
+    def all_notes(self) -> list[str]:
+        """Notes on the bag and on its files; the latter grow while they are read."""
+        return self.notes + [note for file in self.files for note in file.notes]
 
     def known(self) -> dict[str, object]:
         """What the writer knew of the run; other custom_data as it stands."""
@@ -377,9 +380,9 @@ class _Ticks:
 
         Messages of one tick leave together, but each arrives with its own delay, and after a stall several ticks
         arrive at once: the nearest in log time is then sometimes a neighbour's. But a topic keeps its rhythm: it has
-        one message every tick, or every tenth. So each message goes to the tick that its neighbours' rhythm says, and
-        to the nearest where that is further than half a period; a tick takes one message, and the order of the log
-        stays.
+        one message every tick, or every tenth. Where two messages are nearest to one tick, each message goes to the
+        tick that its neighbours' rhythm says, unless that is further than half a period. A tick takes one message, and
+        the order of the log stays.
         """
         order = np.argsort(log, kind='stable')
         log = log[order]
@@ -387,9 +390,11 @@ class _Ticks:
         after = np.clip(np.searchsorted(self.log, log), 1, len(self.log) - 1)
         nearest_tick = np.where(log - self.log[after - 1] <= self.log[after] - log, after - 1, after)
         count = np.arange(len(log))
-        rhythm = count + median_filter(nearest_tick - count, size=_RHYTHM, mode='nearest')
-        rhythm = np.clip(rhythm, 0, len(self.log) - 1)
-        tick = np.where(np.abs(self.log[rhythm] - log) <= half_period, rhythm, nearest_tick)
+        tick = nearest_tick
+        if np.any(np.diff(tick) <= 0):  # two messages nearest to one tick
+            rhythm = count + median_filter(nearest_tick - count, size=_RHYTHM, mode='reflect')
+            rhythm = np.clip(rhythm, 0, len(self.log) - 1)
+            tick = np.where(np.abs(self.log[rhythm] - log) <= half_period, rhythm, nearest_tick)
         fits = np.abs(self.log[tick] - log) <= half_period
         first = np.append(True, np.maximum.accumulate(np.where(fits, tick, -1))[:-1] < tick[1:])
         fits &= first
@@ -400,15 +405,18 @@ class _Ticks:
 
 
 def _between_neighbours(time: Index, sure: NDArray[np.bool_]) -> Index:
-    """Times in the order of the log: one that is not `sure` and outside the sure ones around it is interpolated."""
+    """Times in the order of the log: where those that are not `sure` break it, they are spread between the sure ones."""
     if sure.all() or not sure.any():
         return time
     count = np.arange(len(time))
     start = time[sure][0]
-    between = start + np.interp(count, count[sure], (time[sure] - start).astype(np.float64)).astype(np.int64)
+    spread = start + np.interp(count, count[sure], (time[sure] - start).astype(np.float64)).astype(np.int64)
+    spread += count - np.clip(count, count[sure][0], count[sure][-1])  # beyond the sure ones: 1 ns apart
     before = np.maximum.accumulate(np.where(sure, time, np.iinfo(np.int64).min))
     after = np.minimum.accumulate(np.where(sure, time, np.iinfo(np.int64).max)[::-1])[::-1]
-    return np.where(sure | ((time > before) & (time < after)), time, between)
+    stretch = np.cumsum(sure)
+    breaks_order = np.bincount(stretch, ~sure & ((time <= before) | (time >= after))) > 0
+    return np.where(~sure & breaks_order[stretch], spread, time)
 
 
 def _own_number(types: 'Typesdict', kind: str, where: str) -> str:

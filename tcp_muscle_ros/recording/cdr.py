@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 
@@ -49,10 +50,17 @@ class Payloads:
         return self.buffer[self.start[k] : self.start[k] + self.length[k]].tobytes()
 
 
+def rows(buffer: Bytes, position: Index, size: int) -> Bytes:
+    """uint8[n, size]: the `size` bytes that begin at each byte `position`."""
+    if not len(position):
+        return np.empty((0, size), np.uint8)
+    return sliding_window_view(buffer, size)[position]
+
+
 def gather(buffer: Bytes, position: Index, dtype: str) -> NDArray[np.generic]:
     """The numbers of `dtype` (any byte order) that begin at each byte `position`, without regard to alignment."""
     size = np.dtype(dtype).itemsize
-    numbers: NDArray[np.generic] = buffer[position[:, None] + np.arange(size)].view(dtype)[:, 0]
+    numbers: NDArray[np.generic] = rows(buffer, position, size).view(dtype)[:, 0]
     return numbers
 
 

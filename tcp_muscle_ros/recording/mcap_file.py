@@ -18,7 +18,7 @@ import numpy as np
 import zstandard
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.recording.cdr import Bytes, Index, Payloads, gather
+from tcp_muscle_ros.recording.cdr import Bytes, Index, Payloads, gather, rows
 from tcp_muscle_ros.recording.storage import StoredMessages, StoredTopic, custom_data
 
 MAGIC = b'\x89MCAP0\r\n'
@@ -106,6 +106,8 @@ class McapFile:
             at = following
         if not ended or self._data[-len(MAGIC) :] != MAGIC:
             self.notes.append(f'{self.path.name} was not closed (killed?): read up to its last whole message')
+            if self._chunks:
+                self._chunks[-1].indexes.clear()  # not all of them may have been written
         if not summarised:
             for chunk in self._chunks:
                 records, _ = self._records(chunk)
@@ -214,22 +216,22 @@ class McapFile:
                     pieces[names[number]].append((records, log_time, start, length))
         if self._loose:
             everything = np.frombuffer(self._data, np.uint8)
-            rows = defaultdict(list)
+            messages = defaultdict(list)
             for at, size in self._loose:
                 channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(self._data, at + _RECORD.size)
-                rows[channel].append((log_time, at + _TO_DATA, size - _MESSAGE_HEAD.size))
-            for number, row in rows.items():
+                messages[channel].append((log_time, at + _TO_DATA, size - _MESSAGE_HEAD.size))
+            for number, row in messages.items():
                 if number in names:
                     log_time, start, length = np.array(row, dtype=np.int64).T
                     pieces[names[number]].append((everything, log_time, start, length))
         return {topic: _joined(parts) for topic, parts in pieces.items()}
 
     def _found_by_walking(self, records: Bytes) -> dict[int, tuple[Index, Index, Index]]:
-        rows = defaultdict(list)
+        messages = defaultdict(list)
         for channel, log_time, start, length in self._walk(records):
-            rows[channel].append((log_time, start, length))
+            messages[channel].append((log_time, start, length))
         found = {}
-        for channel, row in rows.items():
+        for channel, row in messages.items():
             log_time, start, length = np.array(row, dtype=np.int64).T
             found[channel] = (log_time, start, length)
         return found
@@ -240,7 +242,10 @@ def _joined(parts: list[tuple[Bytes, Index, Index, Index]]) -> StoredMessages:
     buffers, starts, lengths, filled = [], [], [], 0
     for records, _, start, length in parts:
         begin = np.cumsum(length) - length
-        buffers.append(records[np.repeat(start - begin, length) + np.arange(int(length.sum()))])
+        if len(length) and length.min() == length.max():
+            buffers.append(rows(records, start, int(length[0])).ravel())
+        else:
+            buffers.append(records[np.repeat(start - begin, length) + np.arange(int(length.sum()))])
         starts.append(begin + filled)
         lengths.append(length)
         filled += int(length.sum())

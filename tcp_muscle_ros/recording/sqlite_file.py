@@ -2,6 +2,7 @@
 
 import sqlite3
 from collections.abc import Collection, Mapping
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,6 @@ class SqliteFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.notes: list[str] = []
-        self._database = sqlite3.connect(f'{path.resolve().as_uri()}?mode=ro', uri=True)
         self.topics = {
             str(name): StoredTopic(str(name), str(kind), *self._definition(str(kind)), str(encoding))
             for name, kind, encoding in self._rows('SELECT name, type, serialization_format FROM topics')
@@ -25,7 +25,8 @@ class SqliteFile:
 
     def _rows(self, query: str, *values: object) -> list[tuple[object, ...]]:
         try:
-            return self._database.execute(query, values).fetchall()
+            with closing(sqlite3.connect(f'{self.path.resolve().as_uri()}?mode=ro', uri=True)) as database:
+                return database.execute(query, values).fetchall()
         except sqlite3.DatabaseError as error:
             raise BadInput(f'{self.path}: not a readable rosbag2 sqlite3 file ({error})') from None
 

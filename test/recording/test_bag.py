@@ -1,0 +1,343 @@
+import json
+import shutil
+
+import mcap.writer
+import numpy as np
+import pytest
+from recording.bags import START, STORE, float64, joint_states, temperature, write_foreign
+from rosbags.rosbag2 import StoragePlugin
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.bag_writer import BagWriter, write_recording
+from tcp_muscle_ros.recording.recording import Channel, Recording
+
+MS = 1_000_000
+
+
+def ticks(n=100, ns='/m1', period_ms=10):
+    """What a muscle publishes: a stamped temperature, and unstamped messages that arrive a little later."""
+    rows = []
+    for k in range(n):
+        stamp = START + k * period_ms * MS
+        rows.append((f'{ns}/temperature', stamp + 1 * MS, temperature(20.0 + k, stamp)))
+        rows.append((f'{ns}/displacement', stamp + 2 * MS, float64(k * 1e-3)))
+        rows.append((f'{ns}/current', stamp + 3 * MS, float64(0.1)))
+    return rows
+
+
+@pytest.mark.parametrize('storage', list(StoragePlugin))
+def test_channels_are_found_on_the_stamps_of_their_ticks_in_si(tmp_path, storage):
+    recording = read_bag(write_foreign(tmp_path / 'bag', ticks(), storage))
+    assert set(recording.channels) == {'temperature', 'displacement', 'current'}
+    assert recording.start_ns == START
+    np.testing.assert_array_equal(recording['temperature'].value, 293.15 + np.arange(100))
+    for channel in recording.channels.values():
+        np.testing.assert_array_equal(channel.time, np.arange(100) / 100)
+    assert recording['displacement'].topic == '/m1/displacement'
+    assert recording.duration == 0.99
+    assert recording.notes == ()
+
+
+def test_order_in_the_file_is_not_time_order(tmp_path):
+    rows = ticks()
+    shuffled = [rows[k] for k in np.random.default_rng(0).permutation(len(rows))]
+    mixed, sorted_ = (read_bag(write_foreign(tmp_path / n, r)) for n, r in (('a', shuffled), ('b', rows)))
+    for name in sorted_.channels:
+        np.testing.assert_array_equal(mixed[name].time, sorted_[name].time)
+        np.testing.assert_array_equal(mixed[name].value, sorted_[name].value)
+
+
+def test_a_message_further_than_half_a_period_from_any_tick_keeps_its_log_time(tmp_path):
+    rows = ticks()
+    late = START + 99 * 10 * MS + 50 * MS
+    rows.append(('/m1/load', late, float64(1.0)))
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    assert recording['load'].time.tolist() == [(late - START) / 1e9]
+
+
+def test_without_stamped_messages_log_times_are_the_times(tmp_path):
+    rows = [row for row in ticks() if row[0] != '/m1/temperature']
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    np.testing.assert_allclose(recording['current'].time[0], 0.001, atol=1e-12)
+
+
+def test_messages_stay_with_their_ticks_when_several_ticks_arrive_at_once(tmp_path):
+    """A stall of reception: five ticks of 1 ms arrive within 0.2 ms, every message with its own delay."""
+    rng, rows = np.random.default_rng(4), []
+    for k in range(2000):
+        stamp = START + k * MS
+        arrival = START + (k + 5 - k % 5) * MS + (k % 5) * 40_000
+        rows.append(('/temperature', arrival, temperature(k, stamp)))
+        rows.append(('/displacement', arrival + int(rng.integers(5_000, 26_000)), float64(k)))
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    np.testing.assert_allclose(recording['temperature'].value - 273.15, recording['displacement'].value, atol=1e-9)
+    np.testing.assert_array_equal(recording['temperature'].time, recording['displacement'].time)
+
+
+def test_a_topic_published_every_tenth_tick_meets_its_ticks(tmp_path):
+    rows = [row for k, row in enumerate(ticks(1000)) if row[0] != '/m1/displacement' or (k // 3) % 10 == 3]
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    np.testing.assert_array_equal(recording['displacement'].time, np.arange(3, 1000, 10) / 100)
+
+
+def test_the_order_of_a_topics_messages_is_never_changed(tmp_path):
+    rng, rows = np.random.default_rng(5), []
+    arrival = START
+    for k in range(3000):
+        arrival = max(arrival, START + k * MS) + int(rng.exponential(0.3 * MS))
+        rows.append(('/temperature', arrival, temperature(k, START + k * MS)))
+        rows.append(('/displacement', arrival + int(rng.exponential(0.5 * MS)), float64(k)))
+    rows.sort(key=lambda row: row[1])
+    published = [m.data for topic, _, (_, m) in rows if topic == '/displacement']
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    assert recording['displacement'].value.tolist() == published
+    assert np.all(np.diff(recording['displacement'].time) > 0)
+
+
+def test_stamps_of_another_clock_carry_the_unstamped_messages_along(tmp_path):
+    """Simulated time in the stamps, wall time in the log: every channel is on the stamps' clock."""
+    rows = []
+    for k in range(50):
+        rows.append(('/temperature', START + k * 10 * MS, temperature(20, 5_000_000_000 + k * 10 * MS)))
+        rows.append(('/displacement', START + k * 10 * MS, float64(k)))
+    rows.append(('/load', START - 40 * MS, float64(1.0)))
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    assert recording.start_ns == 5_000_000_000 - 40 * MS
+    np.testing.assert_allclose(recording['displacement'].time, 0.04 + np.arange(50) / 100, atol=1e-12)
+
+
+def test_stamps_of_zero_are_no_stamps(tmp_path):
+    rows = [('/temperature', START + k * 10 * MS, temperature(20, 0)) for k in range(50)]
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    np.testing.assert_array_equal(recording['temperature'].time, np.arange(50) / 100)
+    assert any('stamped 0' in note for note in recording.notes)
+
+
+def test_a_clock_that_was_set_back_is_noted(tmp_path):
+    stamps = [START + (k if k < 50 else k - 20) * 10 * MS for k in range(100)]
+    rows = [('/temperature', START + k * 10 * MS, temperature(20 + k, stamp)) for k, stamp in enumerate(stamps)]
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    assert any('backwards 1 time(s), by up to 0.19 s' in note for note in recording.notes)
+    assert any('share a stamp' in note for note in recording.notes)
+    assert np.all(np.diff(recording['temperature'].time) > 0)
+
+
+def test_values_that_are_not_finite_are_left_out_with_a_note(tmp_path):
+    rows = [('/force', START + k, float64(x)) for k, x in enumerate((1.0, np.nan, 2.0, np.inf, -np.inf))]
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    assert recording['force'].value.tolist() == [1.0, 2.0]
+    assert recording.notes == ('force: 3 of 5 values are not finite and were left out',)
+
+
+def test_joint_states_stand_in_for_missing_plain_topics_only(tmp_path):
+    rows = [('/joint_states', START + k * 10 * MS, joint_states(START + k * 10 * MS, [k], [9.0])) for k in range(9)]
+    recording = read_bag(write_foreign(tmp_path / 'a', rows))
+    assert recording['displacement'].value.tolist() == list(range(9))
+    assert recording['force'].value.tolist() == [9.0] * 9
+    rows += [('/force', START + k * 10 * MS + MS, float64(0.5)) for k in range(9)]
+    recording = read_bag(write_foreign(tmp_path / 'b', rows))
+    assert recording['force'].value.tolist() == [0.5] * 9
+    assert recording['displacement'].topic == '/joint_states'
+    np.testing.assert_array_equal(recording['force'].time, recording['displacement'].time)
+
+
+def test_any_numeric_field_of_any_type_can_be_a_channel_in_any_unit(tmp_path):
+    rows = ticks() + [
+        ('/laser', START + k * 10 * MS, joint_states(START + k * 10 * MS, [0, 25.4 * k], [])) for k in range(100)
+    ]
+    bag = write_foreign(tmp_path / 'bag', rows)
+    for topic in ('/laser', 'laser'):
+        recording = read_bag(bag, channels={'displacement': f'{topic}.position[1]'}, units={'displacement': 'mm'})
+        np.testing.assert_allclose(recording['displacement'].value, 0.0254 * np.arange(100), rtol=1e-15)
+    recording = read_bag(bag, channels={'force': 'displacement'}, units={'temperature': 'degF', 'force': 'g'})
+    assert recording['temperature'].value[12] == pytest.approx(273.15, abs=1e-9)  # 32 of the recorded numbers
+    assert recording['force'].value[-1] == pytest.approx(99e-3 * 9.80665e-3)
+
+
+def test_the_bags_own_definitions_are_used_not_those_of_a_distribution(tmp_path):
+    """A type that no distribution has, and a Temperature whose fields differ from the known one."""
+    path = tmp_path / 'own.mcap'
+    with path.open('wb') as file:
+        writer = mcap.writer.Writer(file)
+        writer.start('ros2', 'another program')
+        definition = b'float32 celsius\nstd_msgs/Header header\n' + b'=' * 80 + b'\nMSG: std_msgs/Header\n'
+        definition += b'builtin_interfaces/Time stamp\nstring frame_id\n'
+        schema = writer.register_schema('sensor_msgs/msg/Temperature', 'ros2msg', definition)
+        channel = writer.register_channel('/t', 'cdr', schema)
+        payload = b'\0\1\0\0' + np.float32(21.5).tobytes() + b'\x05\0\0\0\0\0\0\0\1\0\0\0\0'
+        writer.add_message(channel, START, payload, START)
+        writer.finish()
+    recording = read_bag(path, channels={'temperature': '/t'})
+    assert recording['temperature'].value.tolist() == [294.65]
+
+
+def test_a_bag_without_definitions_is_read_with_those_of_jazzy(tmp_path):
+    path = tmp_path / 'bare.mcap'
+    with path.open('wb') as file:
+        writer = mcap.writer.Writer(file)
+        writer.start('ros2', 'another program')
+        schema = writer.register_schema('std_msgs/msg/Float64', '', b'')
+        channel = writer.register_channel('/force', 'cdr', schema)
+        writer.add_message(channel, START, b'\0\1\0\0' + np.float64(2.5).tobytes(), START)
+        writer.finish()
+    assert read_bag(path)['force'].value.tolist() == [2.5]
+
+
+@pytest.mark.parametrize('compression', list(mcap.writer.CompressionType))
+@pytest.mark.parametrize('layout', ['chunks', 'no chunks', 'no indexes', 'no summary'])
+def test_every_layout_that_mcap_allows(tmp_path, compression, layout):
+    path = tmp_path / 'x.mcap'
+    with path.open('wb') as file:
+        writer = mcap.writer.Writer(
+            file,
+            chunk_size=700,
+            compression=compression,
+            use_chunking=layout != 'no chunks',
+            index_types=mcap.writer.IndexType.NONE if layout != 'chunks' else mcap.writer.IndexType.ALL,
+            repeat_channels=layout != 'no summary',
+            repeat_schemas=layout != 'no summary',
+        )
+        writer.start('ros2', '')
+        channels = {}
+        for topic, log_time, (kind, message) in ticks(50):
+            if topic not in channels:
+                definition, _ = STORE.generate_msgdef(kind, ros_version=2)
+                schema = writer.register_schema(kind, 'ros2msg', definition.encode())
+                channels[topic] = writer.register_channel(topic, 'cdr', schema)
+            writer.add_message(channels[topic], log_time, bytes(STORE.serialize_cdr(message, kind)), log_time)
+        writer.finish()
+    recording = read_bag(path)
+    assert recording['displacement'].value.tolist() == [k * 1e-3 for k in range(50)]
+    assert recording.notes == ()
+
+
+@pytest.mark.parametrize('compression', list(mcap.writer.CompressionType))
+def test_a_file_cut_anywhere_is_read_up_to_its_last_whole_message(tmp_path, compression):
+    rows = ticks(300)
+    whole = tmp_path / 'whole.mcap'
+    with whole.open('wb') as file:
+        writer = mcap.writer.Writer(file, chunk_size=4000, compression=compression)
+        writer.start('ros2', '')
+        channels = {}
+        for topic, log_time, (kind, message) in rows:
+            if topic not in channels:
+                definition, _ = STORE.generate_msgdef(kind, ros_version=2)
+                channels[topic] = writer.register_channel(
+                    topic, 'cdr', writer.register_schema(kind, 'ros2msg', definition.encode())
+                )
+            writer.add_message(channels[topic], log_time, bytes(STORE.serialize_cdr(message, kind)), log_time)
+        writer.finish()
+    data = whole.read_bytes()
+    cut = tmp_path / 'cut.mcap'
+    counts = []
+    for size in np.linspace(len(data) * 0.2, len(data) - 1, 40).astype(int):
+        cut.write_bytes(data[:size])
+        recording = read_bag(cut)
+        assert any('not closed' in note for note in recording.notes)
+        n = len(recording['temperature'])
+        np.testing.assert_array_equal(recording['temperature'].value, 293.15 + np.arange(n))
+        np.testing.assert_array_equal(recording['displacement'].time, np.arange(len(recording['displacement'])) / 100)
+        counts.append(n)
+    assert counts == sorted(counts)
+    assert counts[-1] == 300
+    if compression == mcap.writer.CompressionType.NONE:  # a chunk that was cut gives the messages it has
+        assert len(set(counts)) > 25
+
+
+def test_a_damaged_chunk_is_noted(tmp_path):
+    bag = write_foreign(tmp_path / 'bag', ticks())
+    with BagWriter(tmp_path / 'ours') as writer:  # rosbags writes no checksums
+        writer.add_topic('/force', 'std_msgs/msg/Float64')
+        for k in range(100):
+            writer.write('/force', float64(k)[1], START + k)
+    file = next((tmp_path / 'ours').glob('*.mcap'))
+    data = bytearray(file.read_bytes())
+    at = data.index(np.float64(50.0).tobytes())
+    data[at : at + 8] = np.float64(1e30).tobytes()
+    file.write_bytes(data)
+    assert any('is damaged' in note for note in read_bag(tmp_path / 'ours').notes)
+    assert read_bag(bag).notes == ()
+
+
+def test_a_bag_without_its_metadata_file_is_read_with_a_note(tmp_path):
+    bag = write_foreign(tmp_path / 'bag', ticks())
+    for content in ('', '\0' * 100):
+        (bag / 'metadata.yaml').write_text(content)
+        assert any('metadata.yaml is missing or empty' in note for note in read_bag(bag).notes)
+    (bag / 'metadata.yaml').unlink()
+    assert len(read_bag(bag)['current']) == 100
+
+
+def test_a_bag_in_several_files_is_one_recording(tmp_path):
+    rows = ticks()
+    whole = tmp_path / 'whole'
+    whole.mkdir()
+    for k, part in enumerate((rows[150:], rows[:150])):
+        shutil.copy(next(write_foreign(tmp_path / f'p{k}', part).glob('*.mcap')), whole / f'bag_{k}.mcap')
+    assert read_bag(whole)['temperature'].value.tolist() == (293.15 + np.arange(100)).tolist()
+
+
+def test_several_muscles_are_told_apart_by_namespace(tmp_path):
+    bag = write_foreign(tmp_path / 'bag', ticks(ns='/left') + ticks(ns='/right/arm') + ticks(9, ns=''))
+    with pytest.raises(BadInput, match=r'several namespaces: /, /left, /right/arm; .*--namespace'):
+        read_bag(bag)
+    assert len(read_bag(bag, namespace='/left')['current']) == 100
+    assert len(read_bag(bag, namespace='right/arm/')['current']) == 100
+    assert len(read_bag(bag, namespace='/')['current']) == 9
+    with pytest.raises(BadInput, match=r"--namespace rigth: .*; did you mean '/right/arm'|known: "):
+        read_bag(bag, namespace='rigth')
+
+
+@pytest.mark.parametrize(
+    ('options', 'says'),
+    [
+        (
+            {'channels': {'displacment': '/laser'}},
+            "--channel: unknown channel 'displacment'; did you mean 'displacement'",
+        ),
+        ({'channels': {'force': '/lasr'}}, "--channel force: .* has no topic '/lasr'; did you mean '/laser'"),
+        ({'channels': {'force': '/laser'}}, 'JointState has no single number; say which field'),
+        ({'channels': {'force': '/laser.effort'}}, 'is a sequence, say which element'),
+        ({'units': {'force': 'N'}}, '--unit force: .* no channel of this name'),
+        ({'units': {'temperature': 'mm'}}, "--unit temperature: 'mm' is a unit of length, expected one of temperature"),
+    ],
+)
+def test_a_wrong_option_is_answered_with_the_nearest_right_one(tmp_path, options, says):
+    rows = [*ticks(), ('/laser', START, joint_states(START, [0.0], []))]
+    with pytest.raises(BadInput, match=says):
+        read_bag(write_foreign(tmp_path / 'bag', rows), **options)
+
+
+def test_bags_that_cannot_be_read_say_why_in_one_line(tmp_path):
+    write_foreign(tmp_path / 'other', [('/scan', START, float64(1)), ('/odom', START, float64(1))])
+    write_foreign(tmp_path / 'no_messages', [])
+    (tmp_path / 'folder').mkdir()
+    (tmp_path / 'text.mcap').write_text('this is no bag')
+    (tmp_path / 'text.db3').write_text('this is no bag, and long enough to be taken for a header of sqlite')
+    (tmp_path / 'zero.mcap').touch()
+    (tmp_path / 'zero').mkdir()
+    (tmp_path / 'zero' / 'zero_0.mcap').touch()
+    for name, says in {
+        'other': r'no known topic; it has /odom, /scan; say which is which with --channel NAME=TOPIC\[.FIELD\]',
+        'no_messages': 'empty bag',
+        'folder': 'no bag: the directory has no .mcap or .db3 file',
+        'text.mcap': 'not an MCAP file',
+        'text.db3': 'not a readable rosbag2 sqlite3 file',
+        'zero.mcap': 'empty file',
+        'zero': 'empty bag',
+        'othr': "no such bag; did you mean 'other'",
+        'other/metadata.yaml': 'give its directory',
+    }.items():
+        with pytest.raises(BadInput, match=says) as caught:
+            read_bag(tmp_path / name)
+        assert '\n' not in str(caught.value)
+
+
+def test_what_was_known_travels_with_the_bag_and_with_the_bare_file(tmp_path):
+    known = {'load_n': 0.5, 'trial': '1-1', 'outlier': True, 'group': 'ä'}
+    channel = Channel('force', np.arange(3.0), np.ones(3), '/force')
+    write_recording(tmp_path / 'bag', Recording('', {'force': channel}, START, known))
+    assert read_bag(tmp_path / 'bag').known == known
+    assert read_bag(next((tmp_path / 'bag').glob('*.mcap'))).known == known
+    assert json.dumps(known)  # what custom_data can hold
