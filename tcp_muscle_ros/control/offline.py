@@ -28,6 +28,9 @@ class Sensors:
     seed: int = 0
 
 
+PERFECT = Sensors()
+
+
 @dataclass(frozen=True)
 class Run:
     """What happened: arrays of shape (n,), SI, temperature (of the fibre) in K."""
@@ -47,7 +50,7 @@ def run(
     setpoint: ArrayLike,
     *,
     load: ArrayLike | None = None,
-    sensors: Sensors = Sensors(),
+    sensors: Sensors = PERFECT,
 ) -> Run:
     """Close the loop over ``setpoint`` (m, shape (n,)), with the load (N, shape (n,)) if it changes."""
     wanted = np.asarray(setpoint, dtype=np.float64)

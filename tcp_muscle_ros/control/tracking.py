@@ -34,9 +34,9 @@ class Settings:
     temperature_limit: float = 100.0 + ZERO_CELSIUS  # never heated above it, by the model and by the thermometer
     time_constant: float = 0.1  # s, of the closed loop (mode model)
     probe_current: float = 0.0  # A, flows at least while resistance is the feedback and none comes; 0 = none
-    pid_kp: float = 20.0  # A/m
-    pid_ki: float = 8.0  # A/(m s)
-    pid_kd: float = 8.0  # A s/m
+    pid_kp: float = 200.0  # A/m
+    pid_ki: float = 32.0  # A/(m s)
+    pid_kd: float = 20.0  # A s/m
     pid_filter_time: float = 0.05  # s, of the derivative
 
 
