@@ -23,6 +23,7 @@ from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Parameters
 MODES = ('model', 'pid')
 _SLOWEST_PERIODS = 3.0  # the closed loop's time constant is at least so many periods
 _GUARD_TIME = 0.5  # s, with which the temperature limit is approached
+_COLDEST, _HOTTEST = ZERO_CELSIUS - 60.0, ZERO_CELSIUS + 250.0  # K; what a thermometer says beyond is no temperature
 _AT_REST = 0.1  # K above ambient, where a setpoint needs no current
 
 
@@ -167,7 +168,8 @@ class TrackingController:
         if displacement is not None:
             return self._inverse.temperature(displacement, self._load)
         if resistance is not None and self._a_R != 0.0:
-            return self._T0 + (resistance / self._R0 - 1.0) / self._a_R
+            found = self._T0 + (resistance / self._R0 - 1.0) / self._a_R
+            return min(max(found, _COLDEST), _HOTTEST)
         return None
 
     def _seen(self) -> float:
@@ -177,7 +179,7 @@ class TrackingController:
         """The model from the current alone. It starts from what the first measurement says."""
         first = temperature if temperature is not None else measured
         if first is not None and not self._seeded:
-            self._muscle.reset(first)
+            self._muscle.reset(min(max(first, _COLDEST), _HOTTEST))
             reading = self._muscle.reading(0.0, load=self._load, ambient=self._ambient)
             self._seeded = True
         elif not self._stepped:
