@@ -81,7 +81,10 @@ class Experiment:
 
     def predict(self, parameters: Parameters, temperature: float | None = None) -> dict[str, Array]:
         """What the model shows at the instants of each observed channel (SI, shapes as observed)."""
-        outputs = self.outputs(parameters, temperature)
+        return self.shown(self.outputs(parameters, temperature))
+
+    def shown(self, outputs: Outputs) -> dict[str, Array]:
+        """The model's outputs at the instants of each observed channel."""
         return {
             name: np.interp(channel.time, outputs.time, getattr(outputs, name))
             for name, channel in self.observed.items()

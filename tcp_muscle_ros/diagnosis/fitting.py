@@ -16,11 +16,13 @@ from scipy.optimize import least_squares
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.noise import Noise, whiten
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
-from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 FLOATING_ZERO = ('displacement', 'force')  # channels whose zero is a convention of the rig
 _STEP = 1e-5
+# Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.
+_SURVIVED, _MELTING_SPREAD = 273.15 + 220.0, 5.0  # K
 _WORKERS = 2
 
 Values = Mapping[tuple[str, int | None], float]
@@ -52,24 +54,32 @@ class Problem:
         mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
         return self.parameters.replace(mine)
 
-    def predict(self, values: Values, recording: int) -> dict[str, Array]:
-        """What the model shows in one recording (SI)."""
+    def outputs(self, values: Values, recording: int) -> Outputs:
+        """The model's outputs under the inputs of one recording."""
         experiment = self.experiments[recording]
         ambient = values.get((AMBIENT, recording))
         if ambient is not None:
             imposed = replace(experiment.imposed, ambient=np.full(experiment.imposed.time.size, ambient))
             experiment = replace(experiment, imposed=imposed)
-        return experiment.predict(self.muscle(values, recording), values.get((START, recording)))
+        return experiment.outputs(self.muscle(values, recording), values.get((START, recording)))
+
+    def predict(self, values: Values, recording: int) -> dict[str, Array]:
+        """What the model shows in one recording at the observed instants (SI)."""
+        return self.experiments[recording].shown(self.outputs(values, recording))
 
     def residual(self, values: Values, recording: int) -> Array:
-        """Whitened residuals of one recording, channel after channel, floating zeros projected out, shape (m,)."""
-        predicted = self.predict(values, recording)
-        return np.concatenate(
-            [
-                self._whitened(name, observed.value - predicted[name], recording)
-                for name, observed in self.experiments[recording].observed.items()
-            ]
-        )
+        """Whitened residuals of one recording, channel after channel, floating zeros projected out, shape (m,).
+
+        The last entry is not data: it keeps the fibre below the melting point, for the muscle survived.
+        """
+        outputs = self.outputs(values, recording)
+        predicted = self.experiments[recording].shown(outputs)
+        whitened = [
+            self._whitened(name, observed.value - predicted[name], recording)
+            for name, observed in self.experiments[recording].observed.items()
+        ]
+        melting = max(0.0, float(outputs.fibre_temperature.max()) - _SURVIVED) / _MELTING_SPREAD
+        return np.concatenate([*whitened, [melting]])
 
     def _whitened(self, channel: str, raw: Array, recording: int) -> Array:
         observed = self.experiments[recording].observed[channel]

@@ -1,0 +1,180 @@
+"""A misfit without a name: smooth functions of what drives a muscle.
+
+Regressing a channel's residual on these answers two questions that must not depend on the catalogue of effects: is
+there structure beyond noise (lack of fit), and how large and how coloured is the noise itself, once structure is out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.noise import Noise, estimate, whiten
+from tcp_muscle_ros.muscle import Outputs
+from tcp_muscle_ros.muscle.arrays import Array
+
+_LEVELS, _MOMENTS, _ELAPSED = 6, 8, 3
+
+
+@dataclass(frozen=True)
+class Drivers:
+    """What a residual may go with, at one channel's instants, each shape (m,): SI."""
+
+    temperature: Array
+    rate: Array
+    heating: Array
+    since_switch: Array
+    elapsed: Array
+    load: Array
+    displacement: Array
+
+
+def drivers(experiment: Experiment, outputs: Outputs, time: Array) -> Drivers:
+    """The drivers at ``time``, from the model's state and the imposed inputs."""
+    imposed = experiment.imposed
+    temperature = np.interp(time, outputs.time, outputs.fibre_temperature)
+    rate = np.interp(time, outputs.time, np.gradient(outputs.fibre_temperature, outputs.time))
+    at = np.clip(np.searchsorted(imposed.time, time + 1e-9, side='right') - 1, 0, imposed.time.size - 1)
+    on = imposed.drive[at] > 0.05 * max(float(np.max(np.abs(imposed.drive))), 1e-12)
+    level = imposed.drive > 0.05 * max(float(np.max(np.abs(imposed.drive))), 1e-12)
+    jumps = np.abs(np.diff(imposed.drive)) > 0.05 * max(float(np.ptp(imposed.drive)), 1e-12)
+    edges = np.concatenate([[imposed.time[0]], imposed.time[1:][jumps | (np.diff(level.astype(int)) != 0)]])
+    last = edges[np.maximum(np.searchsorted(edges, time + 1e-9, side='right') - 1, 0)]
+    return Drivers(
+        temperature,
+        rate,
+        on.astype(float),
+        np.maximum(time - last, 0.0),
+        time - imposed.time[0],
+        imposed.load[at],
+        np.interp(time, outputs.time, outputs.displacement),
+    )
+
+
+def _hats(x: Array, knots: Array) -> Array:
+    """Piecewise linear functions that are 1 at one knot and 0 at the others, shape (m, knots)."""
+    return np.column_stack([np.interp(x, knots, row) for row in np.eye(knots.size)])
+
+
+def _spread_knots(x: Array, count: int) -> Array:
+    return np.unique(np.quantile(x, np.linspace(0.0, 1.0, count)))
+
+
+@dataclass(frozen=True)
+class Part:
+    """A named group of the basis' columns."""
+
+    name: str
+    columns: slice
+
+
+def basis(found: Sequence[Drivers]) -> tuple[list[Array], list[Part]]:
+    """The columns of the generic model for each recording's channel, and what they stand for.
+
+    Functions of temperature and of the time since the last switch, heating and cooling apart; of load; of the elapsed
+    time of each recording.
+    """
+    pooled = {
+        name: np.concatenate([getattr(d, name) for d in found])
+        for name in ('temperature', 'since_switch', 'load', 'heating')
+    }
+    warm = _spread_knots(pooled['temperature'], _LEVELS)
+    moment = np.unique(
+        np.concatenate([[0.0], np.geomspace(0.1, max(float(pooled['since_switch'].max()), 1.0), _MOMENTS)])
+    )
+    loads = _spread_knots(pooled['load'], 3)
+    columns: list[Array] = []
+    parts: list[Part] = []
+    for owner, d in enumerate(found):
+        on, off = d.heating[:, None], 1.0 - d.heating[:, None]
+        groups = [
+            ('temperature, heating', _hats(d.temperature, warm) * on),
+            ('temperature, cooling', _hats(d.temperature, warm) * off),
+            ('time since the switch, heating', _hats(d.since_switch, moment) * on),
+            ('time since the switch, cooling', _hats(d.since_switch, moment) * off),
+        ]
+        if loads.size > 1:
+            hot = (d.temperature - warm[0])[:, None] / max(float(np.ptp(warm)), 1e-9)
+            groups += [('load', _hats(d.load, loads)), ('load and temperature', _hats(d.load, loads) * hot)]
+        knots = np.linspace(0.0, max(float(d.elapsed[-1]), 1e-9), _ELAPSED)
+        for k in range(len(found)):
+            own = _hats(d.elapsed, knots) if k == owner else np.zeros((d.elapsed.size, _ELAPSED))
+            groups.append(('elapsed time', own))
+        columns.append(np.hstack([g for _, g in groups]))
+        if not parts:
+            start = 0
+            for name, group in groups:
+                parts.append(Part(name, slice(start, start + group.shape[1])))
+                start += group.shape[1]
+    return columns, parts
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What the generic model finds in one channel's residuals.
+
+    ``noise``: size and colour of what it leaves; ``inflation``: how much the variance of slow sums exceeds that of the
+    assumed colour (1: nothing beyond it); ``gain``: drop of the whitened sum of squares, over the columns' number
+    ``terms``; ``fitted``: its prediction, one array a recording (SI).
+    """
+
+    noise: Noise
+    inflation: float
+    gain: float
+    terms: int
+    fitted: tuple[Array, ...]
+
+    @property
+    def significant(self) -> bool:
+        """Whether the gain exceeds what noise gives (four standard deviations of its distribution)."""
+        return self.gain > self.terms + 4.0 * float(np.sqrt(2.0 * self.terms))
+
+
+def structure(residuals: Sequence[Array], times: Sequence[Array], found: Sequence[Drivers], floor: float) -> Structure:
+    """Regress one channel's residuals on the generic basis: first plainly to learn the noise, then whitened.
+
+    ``floor`` is the sensor's quick noise (SI): the noise is never taken to be less.
+    """
+    columns, _ = basis(found)
+    stacked, together = np.vstack(columns), np.concatenate(residuals)
+    weights = _solve(stacked, together)
+    left = [r - c @ weights for r, c in zip(residuals, columns, strict=True)]
+    noises = [estimate(part, 0.0) for part in left]
+    sizes = [part.size for part in left]
+    sigma = max(float(np.sqrt(np.average([n.sigma**2 for n in noises], weights=sizes))), floor)
+    phi = float(np.average([n.phi for n in noises], weights=sizes))
+    # Columns taken out of coloured noise take some of it along.
+    sigma *= float(np.sqrt(1.0 / max(1.0 - stacked.shape[1] / max(together.size, 1), 0.2)))
+    noise = Noise(sigma, phi)
+    white = np.concatenate([whiten(r, t, noise) for r, t in zip(residuals, times, strict=True)])
+    white_columns = np.vstack([whiten(c, t, noise) for c, t in zip(columns, times, strict=True)])
+    coefficients = _solve(white_columns, white)
+    rest = white - white_columns @ coefficients
+    inflation = slow_variance(rest, times, sizes)
+    gain = float(white @ white - rest @ rest) / inflation
+    terms = int(np.linalg.matrix_rank(white_columns))
+    return Structure(noise, inflation, gain, terms, tuple(c @ coefficients for c in columns))
+
+
+def _solve(columns: Array, values: Array) -> Array:
+    """Least squares with a trace of ridge: the groups overlap."""
+    normal = columns.T @ columns
+    ridge = 1e-8 * float(np.trace(normal)) / max(normal.shape[0], 1) + 1e-300
+    return np.asarray(np.linalg.solve(normal + ridge * np.eye(normal.shape[0]), columns.T @ values))
+
+
+def slow_variance(white: Array, times: Sequence[Array], sizes: Sequence[int], reach: float = 10.0) -> float:
+    """Variance of sums over ``reach`` seconds of whitened residuals over what independent ones give; 1 at least."""
+    total, count, start = 0.0, 0, 0
+    for time, size in zip(times, sizes, strict=True):
+        part = white[start : start + size]
+        start += size
+        label = np.floor((time - time[0]) / reach).astype(int)
+        sums = np.bincount(label, part)
+        number = np.bincount(label)
+        full = number > 4
+        total += float(np.sum(sums[full] ** 2 / number[full]))
+        count += int(np.sum(full))
+    variance = float(np.mean(white**2))
+    return max(1.0, total / max(count, 1) / max(variance, 1e-12)) if count >= 8 else 1.0
