@@ -1,0 +1,112 @@
+"""A muscle on its bench: the plant, the room around it, the instruments on it; and what one experiment gives there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from proof.truth.body import Body, plain
+from proof.truth.plant import FORCE, LENGTH, MEAN, RESISTANCE, SKIN, Array, Plant, run
+
+# What the room or an instrument does: f(time, signal, number of the recording) -> signal, all arrays of one length.
+Alter = Callable[[Array, Array, int], Array]
+
+
+@dataclass
+class Bench:
+    """Everything that an effect can change. Effects are applied one after the other, before anything is measured."""
+
+    body: Body
+    plant: Plant
+    room: list[Alter] = field(default_factory=list)  # on the ambient temperature, degC
+    wind: list[Alter] = field(default_factory=list)  # on the factor of hA
+    slip: list[Alter] = field(default_factory=list)  # on the length added at each tick, m
+    thermometer: list[Alter] = field(default_factory=list)  # on (T - ambient at the start), K
+    ruler: list[Alter] = field(default_factory=list)  # on the displacement, m
+    meter: list[Alter] = field(default_factory=list)  # on the input as it is written down
+    crosstalk: float = 0.0  # K/A into the thermometer
+    delay: dict[str, float] = field(default_factory=dict)  # s, per channel
+    stretch: dict[str, float] = field(default_factory=dict)  # relative error of a channel's clock
+
+    @classmethod
+    def of(cls, body: Body) -> 'Bench':
+        """A bench with nothing concealed."""
+        return cls(body, plain(body))
+
+    def set(self, **numbers: object) -> None:
+        """Replace numbers of the plant."""
+        self.plant = self.plant._replace(**numbers)
+
+    def scale(self, table: str, factor: Array) -> None:
+        """Multiply a table of the plant."""
+        self.plant = self.plant._replace(**{table: getattr(self.plant, table) * factor})
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What is done to the muscle in one recording. Inputs hold from their tick to the next."""
+
+    name: str
+    time: Array  # s, ticks
+    drive: Array  # A, W or V
+    kind: int  # plant.CURRENT, POWER, VOLTAGE
+    load: Array  # N
+    ambient: float  # degC
+    blocked: bool = False
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What ideal instruments (no noise) show, one array a channel on the ticks; degC, ohm, m, N, A."""
+
+    temperature: Array
+    resistance: Array
+    displacement: Array
+    force: Array
+    current: Array
+    drive: Array  # the input as written down
+    ambient: Array
+    fibre: Array  # mean temperature of what drives the stroke, for the labels
+    dose: float
+
+
+def observe(
+    bench: Bench, experiment: Experiment, recording: int = 0, dose: float = 0.0, step: float = 0.005
+) -> Signals:
+    """Run the experiment. Noise, stamps and losses are added later, when it is written down."""
+    time = experiment.time
+    ambient = np.full_like(time, experiment.ambient)
+    for alter in bench.room:
+        ambient = alter(time, ambient, recording)
+    wind = np.ones_like(time)
+    for alter in bench.wind:
+        wind = alter(time, wind, recording)
+    slip = np.zeros_like(time)
+    for alter in bench.slip:
+        slip = alter(time, slip, recording)
+    if bench.plant.mass > 0:
+        step /= 2
+    substeps = max(1, round(float(np.median(np.diff(time))) / step))
+    out, zero, dose = run(
+        bench.plant, time, experiment.drive, experiment.kind, experiment.load, ambient, wind, slip, substeps,
+        experiment.blocked, dose,
+    )  # fmt: skip
+    T = out[:, SKIN] - experiment.ambient
+    for alter in bench.thermometer:
+        T = alter(time, T, recording)
+    x = np.zeros_like(time) if experiment.blocked else zero - out[:, LENGTH]
+    for alter in bench.ruler:
+        x = alter(time, x, recording)
+    drive = experiment.drive
+    for alter in bench.meter:
+        drive = alter(time, drive, recording)
+    channels = {
+        'temperature': T + experiment.ambient + bench.crosstalk * out[:, 5],
+        'resistance': out[:, RESISTANCE],
+        'displacement': x,
+        'force': out[:, FORCE],
+    }
+    for name in bench.delay.keys() | bench.stretch.keys():
+        late = time * (1.0 - bench.stretch.get(name, 0.0)) - bench.delay.get(name, 0.0)
+        channels[name] = np.interp(late, time, channels[name])
+    return Signals(**channels, current=out[:, 5], drive=drive, ambient=ambient, fibre=out[:, MEAN], dose=dose)

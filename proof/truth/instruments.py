@@ -1,0 +1,143 @@
+"""Concealed faults of instruments and set-up: the decoys, which are no physics of the muscle."""
+
+import numpy as np
+from numba import njit
+
+from proof.truth.bench import Bench
+from proof.truth.concealed import Draw, Outcome, effect
+from proof.truth.plant import Array
+from proof.truth.thermal import ornstein_uhlenbeck
+
+
+@njit(cache=True)
+def _poles(time: Array, T: Array, tau: Array) -> Array:
+    """A chain of first-order lags; each input taken as straight between ticks."""
+    y = T.copy()
+    for pole in tau:
+        state = y[0]
+        before = y[0]
+        for k in range(1, len(y)):
+            h = time[k] - time[k - 1]
+            keep = np.exp(-h / pole)
+            slope = (y[k] - before) / h
+            before = y[k]
+            # the exact answer to a ramp
+            state = y[k] - slope * pole + (state - (y[k] - slope * h) + slope * pole) * keep
+            y[k] = state
+    return y
+
+
+@njit(cache=True)
+def _bead(time: Array, T: Array, tau: float) -> Array:
+    """Heat diffusing into a bead of five layers, read at its centre; tau is the delay of a slow ramp."""
+    layers = np.full(5, T[0])
+    y = np.empty_like(T)
+    y[0] = T[0]
+    pace = 12.0 / tau
+    for k in range(1, len(T)):
+        steps = 1 + int((time[k] - time[k - 1]) * pace * 4.0)
+        h = (time[k] - time[k - 1]) / steps
+        for s in range(steps):
+            outer = T[k - 1] + (T[k] - T[k - 1]) * (s + 1) / steps
+            for j in range(5):
+                inner = layers[j + 1] if j < 4 else layers[4]
+                old = layers[j]
+                layers[j] += h * pace * ((outer - old) + (inner - old))
+                outer = old
+        y[k] = layers[4]
+    return y
+
+
+@effect('thermocouple_lag', 'sensor', ('bead_and_stem', 'diffusion'), ('paper', 'prbs', 'staircase'))
+def thermocouple_lag(d: Draw) -> Outcome:
+    """The thermometer follows late: bead and stem, or a bead that heat has to diffuse into."""
+    tau = d.between(0.2, 4.0)
+    poles = tau * np.array([0.8, 0.2])
+
+    def late(time: Array, T: Array, recording: int) -> Array:
+        return _poles(time, T, poles) if d.form == 0 else _bead(time, T, tau * 0.8)
+
+    return {'tau': tau}, lambda b: b.thermometer.append(late)
+
+
+@effect('thermocouple_gain', 'sensor', ('stem_fin', 'curved'), ('paper', 'hold', 'staircase'))
+def thermocouple_gain(d: Draw) -> Outcome:
+    """The stem pulls the bead towards the air."""
+    loss = d.between(0.015, 0.15)
+
+    def cooler(time: Array, T: Array, recording: int) -> Array:
+        if d.form == 0:
+            return T * (1.0 - loss)
+        return T * (1.0 - loss * (1.0 + 0.1 * np.tanh((T - 30.0) / 30.0)))
+
+    return {'gain': 1.0 - loss}, lambda b: b.thermometer.append(cooler)
+
+
+@effect('temperature_offset', 'sensor', ('constant', 'constant'), ('paper', 'rest', 'hold'))
+def temperature_offset(d: Draw) -> Outcome:
+    """The thermometer reads too much or too little."""
+    offset = d.between(0.3, 3.0) * d.rng.choice([-1.0, 1.0])
+    return {'offset': offset}, lambda b: b.thermometer.append(lambda time, T, recording: T + offset)
+
+
+@effect('displacement_drift', 'sensor', ('warming_up', 'wandering'), ('paper', 'hold', 'rest'))
+def displacement_drift(d: Draw) -> Outcome:
+    """The laser drifts: as it warms up, or at random."""
+    size, seed = d.between(0.15e-3, 1.5e-3), d.seed()
+    tau = d.any(120.0, 400.0)
+
+    def drift(time: Array, x: Array, recording: int) -> Array:
+        rng = np.random.default_rng([seed, recording])
+        if d.form == 0:
+            return x + size * np.sign(rng.standard_normal()) * (1.0 - np.exp(-time / tau)) / (
+                1.0 - np.exp(-200.0 / tau)
+            )
+        wander = ornstein_uhlenbeck(rng, time, tau)
+        return x + size * (wander - wander[0]) * 0.7
+
+    return {'size': size}, lambda b: b.ruler.append(drift)
+
+
+@effect('displacement_offset', 'sensor', ('constant', 'constant'), ('paper', 'hold'))
+def displacement_offset(d: Draw) -> Outcome:
+    """The zero of the laser is not the rest."""
+    offset = d.between(0.5e-3, 8e-3) * d.rng.choice([-1.0, 1.0])
+    return {'offset': offset}, lambda b: b.ruler.append(lambda time, x, recording: x + offset)
+
+
+@effect('clock_skew', 'sensor', ('late_thermometer', 'late_laser_drifting'), ('paper', 'prbs'))
+def clock_skew(d: Draw) -> Outcome:
+    """One channel is stamped late, or its clock runs at another pace."""
+    late = d.between(0.06, 0.6)
+
+    def change(b: Bench) -> None:
+        if d.form == 0:
+            b.delay['temperature'] = late
+        else:
+            b.delay['displacement'] = 0.7 * late
+            b.stretch['displacement'] = 0.3 * late / 300.0
+
+    return {'delay': late}, change
+
+
+@effect('current_gain', 'sensor', ('gain', 'gain_and_dead_band'), ('paper', 'hold'))
+def current_gain(d: Draw) -> Outcome:
+    """The ammeter reads a few per cent wrong."""
+    error = d.between(0.01, 0.08) * d.rng.choice([-1.0, 1.0])
+    zero = 0.0 if d.form == 0 else 0.0005
+
+    def reads(time: Array, i: Array, recording: int) -> Array:
+        return np.where(i > 0.0, i * (1.0 + error) + zero, i)
+
+    return {'error': error}, lambda b: b.meter.append(reads)
+
+
+@effect('crosstalk', 'sensor', ('current_into_bead',), ('paper', 'prbs'), listed=False)
+def crosstalk(d: Draw) -> Outcome:
+    """The muscle's voltage leaks into the thermocouple."""
+    gain = d.between(1.5, 12.0)
+
+    def change(b: Bench) -> None:
+        b.crosstalk = gain
+
+    return {'gain': gain}, change
