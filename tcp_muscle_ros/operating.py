@@ -35,6 +35,7 @@ class Operating:
 
 _ROWS = (
     Operating('rate_hz', 100.0, 'Hz', 'ticks a second', BOTH, 1.0, 2000.0, read_only=True),
+    Operating('joint_name', 'tcp_muscle', '', 'joint, and frame of the stamped messages', BOTH, read_only=True),
     Operating('start_enabled', True, '', 'whether current may flow from the start', BOTH, read_only=True),
     Operating(
         'load_n',
@@ -51,9 +52,9 @@ _ROWS = (
         'current_limit_a', 0.27, 'A', 'largest current; 0.27 A is the range that the paper tested', BOTH, 0.0, 100.0
     ),
     Operating('slew_limit_a_per_s', 0.0, 'A/s', 'largest change of the current; 0 = no limit', BOTH),
-    Operating('derate_temperature_c', 100.0, 'degC', 'above it the current limit falls linearly', BOTH, -40.0, 1000.0),
+    Operating('derate_temperature_c', 100.0, 'degC', 'above it the current limit falls linearly', BOTH, -40.0, 250.0),
     Operating(
-        'max_temperature_c', 115.0, 'degC', 'at it the current is off until the fault is cleared', BOTH, -40.0, 1000.0
+        'max_temperature_c', 115.0, 'degC', 'at it the current is off until the fault is cleared', BOTH, -40.0, 250.0
     ),
     Operating('command_timeout_s', 0.5, 's', 'older commands count as 0 A; 0 = never', (SIM,), 0.0, 3600.0),
     Operating(
@@ -103,7 +104,14 @@ _ROWS = (
     Operating('min_sense_current_a', 0.0, 'A', 'below it no resistance is published', (SIM,), 0.0, 100.0),
     Operating('seed', 0, '', 'of the sensor noise', (SIM,), read_only=True),
     *(
-        Operating(f'{channel}_{kind}_{unit}', 0.0, unit, f'{meaning} of the {channel} sensor', (SIM,), 0.0)
+        # The controller asks the steps of its feedback whether a value that does not change is a frozen one.
+        Operating(
+            f'{channel}_{kind}_{unit}',
+            0.0,
+            unit,
+            f'{meaning} of the {channel} sensor',
+            BOTH if kind == 'quantum' and channel in ('resistance', 'displacement') else (SIM,),
+        )
         for channel, unit in (('temperature', 'k'), ('resistance', 'ohm'), ('displacement', 'm'), ('force', 'n'))
         for kind, meaning in (('noise', 'standard deviation'), ('quantum', 'step'))
     ),
@@ -121,5 +129,28 @@ _ROWS = (
         choices=('displacement', 'resistance'),
         read_only=True,
     ),
+    Operating(
+        'feedback_timeout_s',
+        0.0,
+        's',
+        'older feedback counts as lost; 0 = the longer of 3 periods and 0.2 s',
+        (CONTROL,),
+        0.0,
+        60.0,
+    ),
+    Operating(
+        'probe_current_a',
+        0.0,
+        'A',
+        'feedback resistance: flows while no resistance comes, so that one can be measured; 0 = none',
+        (CONTROL,),
+        0.0,
+        1.0,
+    ),
+    Operating('time_constant_s', 0.1, 's', 'mode model: of the closed loop', (CONTROL,), 1e-3, 100.0),
+    Operating('pid_kp_a_per_m', 20.0, 'A/m', 'mode pid: proportional gain', (CONTROL,)),
+    Operating('pid_ki_a_per_m_s', 8.0, 'A/(m s)', 'mode pid: integral gain', (CONTROL,)),
+    Operating('pid_kd_a_s_per_m', 8.0, 'A s/m', 'mode pid: derivative gain', (CONTROL,)),
+    Operating('pid_filter_time_s', 0.05, 's', 'mode pid: filter of the derivative', (CONTROL,), 0.0, 100.0),
 )
 OPERATING: Mapping[str, Operating] = {row.name: row for row in _ROWS}

@@ -46,7 +46,7 @@ def read(path: str | Path) -> ParameterFile:
     """
     if str(path) in SETS and not Path(path).exists():
         return ParameterFile(Parameters.named(str(path)))
-    flat = _flatten(_load(Path(path)), str(path))
+    flat = _flatten(load(Path(path)), str(path))
     try:
         return from_names(flat)
     except BadInput as mistake:
@@ -146,7 +146,8 @@ def _text(value: Value) -> str:
     return str(value)
 
 
-def _load(path: Path) -> object:
+def load(path: Path) -> object:
+    """The YAML in a file, whatever it holds. Raises BadInput where the file is missing or does not parse."""
     try:
         text = path.read_text()
     except (OSError, UnicodeDecodeError) as error:

@@ -13,12 +13,13 @@ Current flows in ENABLED and DERATING only, and never above ``Limits.current``.
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
-from math import inf, isfinite, isnan, sqrt
+from math import inf, isfinite, sqrt
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS
 
 ABSURD = 1e3  # A, W or V: more is no wish for a muscle of some ohm but a wrong unit or a broken message
+STILL = 1.0  # s, a model that moves by less than a quantum for so long has come to rest
 
 
 class State(Enum):
@@ -29,6 +30,11 @@ class State(Enum):
     TIMED_OUT = 'timed out'
     DERATING = 'derating'
     FAULT = 'fault'
+
+    @property
+    def lets_flow(self) -> bool:
+        """Whether current may flow."""
+        return self in (State.ENABLED, State.DERATING)
 
 
 class Kind(Enum):
@@ -43,12 +49,12 @@ class Kind(Enum):
 class Limits:
     """What the muscle may be given. Temperatures in K; a slew or a timeout of 0 is off."""
 
-    current: float = 0.27  # A
-    slew: float = 0.0  # A/s, up and down; a limit or a stop cuts at once
-    command_timeout: float = 0.5  # s
-    derate_temperature: float = 100.0 + ZERO_CELSIUS  # K, from here the limit falls linearly
-    max_temperature: float = 115.0 + ZERO_CELSIUS  # K, to zero here, where the fault latches
-    longest_step: float = 1.0  # s, a longer step of the clock is not a step but a jump
+    current: float  # A
+    slew: float  # A/s, up and down; a limit or a stop cuts at once
+    command_timeout: float  # s
+    derate_temperature: float  # K, from here the limit falls linearly
+    max_temperature: float  # K, to zero here, where the fault latches
+    longest_step: float  # s, a longer step of the clock is not a step but a jump
 
     def __post_init__(self) -> None:
         for name in ('current', 'slew', 'command_timeout', 'longest_step'):
@@ -293,10 +299,9 @@ class Safety:
 class FeedbackWatch:
     """Whether a measured signal is alive: it comes, it is a number, and it moves when the muscle must.
 
-    ``timeout`` s without a good value and it is lost. It is frozen once the model has moved by more than
-    ``quanta`` quanta of the sensor since the value last changed by so much as a bit; it thaws with the next
-    change, or when the model is back within one quantum (without current a muscle relaxes, so a driver that
-    was off is tried again).
+    ``timeout`` s without a good value and it is lost. It is frozen once the model has moved by more than ``quanta``
+    quanta of the sensor since the value last changed by so much as a bit. It thaws with the next change, or when the
+    model has come to rest too: then nothing contradicts it any more, and a driver that was merely off gets its chance.
     """
 
     def __init__(self, name: str, timeout: float, quantum: float, quanta: float = 5.0) -> None:
@@ -304,29 +309,28 @@ class FeedbackWatch:
         self.timeout = timeout
         self.quantum = quantum
         self.quanta = quanta
-        self.rejected = 0
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget what came so far."""
-        self.value: float | None = None
+        self.value: float | None = None  # the last good one
         self._clock = _Forward()
         self._received_at: float | None = None
-        self._predicted_then: float | None = None
+        self._predicted_then: float | None = None  # when the value last changed
         self._frozen = False
+        self._still_at = self._still_since = 0.0
 
     def receive(self, value: float, now: float) -> bool:
         """A message. False where it is no number: it does not count as a sign of life."""
         time = self._clock.at(now)
         if not isfinite(value):
-            self.rejected += 1
             return False
         if value != self.value:
             self.value = value
-            self._predicted_then = None
-            self._frozen = False
+            self.expect_anew()
         self._received_at = time
         return True
+
+    def expect_anew(self) -> None:
+        """The model was set to another state: what it said before is not to be compared with."""
+        self._predicted_then = None
+        self._frozen = False
 
     def problem(self, now: float, predicted: float | None) -> str:
         """'' while the signal is alive, else what is wrong; ``predicted`` is what the model says it reads."""
@@ -334,15 +338,22 @@ class FeedbackWatch:
         if self._received_at is None:
             return f'no {self.name} yet'
         if time - self._received_at > self.timeout:
+            self.expect_anew()
             return f'no {self.name} for {self.timeout:g} s'
-        if predicted is not None and not isnan(predicted):
-            if self._predicted_then is None:
-                self._predicted_then = predicted
-            moved = abs(predicted - self._predicted_then)
-            self._frozen = moved > self.quantum * (1.0 if self._frozen else self.quanta)
-        if self._frozen:
-            return f'{self.name} frozen at {self.value:g} while the model moves'
-        return ''
+        if predicted is not None and isfinite(predicted):
+            self._frozen = self._contradicted(predicted, time)
+        return f'{self.name} frozen at {self.value:g} while the model moves' if self._frozen else ''
+
+    def _contradicted(self, predicted: float, time: float) -> bool:
+        if self._predicted_then is None:
+            self._predicted_then = predicted
+        moved = abs(predicted - self._predicted_then) > self.quanta * self.quantum
+        if not self._frozen or abs(predicted - self._still_at) > self.quantum:
+            self._still_at, self._still_since = predicted, time
+        if self._frozen and time - self._still_since >= STILL:
+            self._predicted_then = predicted
+            return False
+        return self._frozen or moved
 
 
 class _Forward:

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import rclpy
-import yaml
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException
 from rclpy.executors import SingleThreadedExecutor
@@ -22,6 +21,7 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 
+from tcp_muscle_ros import parameter_file
 from tcp_muscle_ros.errors import BadInput
 
 _STOP = (signal.SIGINT, signal.SIGTERM)
@@ -127,21 +127,5 @@ def check_parameter_files(arguments: Sequence[str]) -> None:
         BadInput: a file that is missing, is no YAML, or holds no parameters.
     """
     for flag, path in pairwise(arguments):
-        if flag != '--params-file':
-            continue
-        try:
-            document = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-        except OSError as problem:
-            raise BadInput(f'{path}: {problem.strerror}') from None
-        except UnicodeDecodeError:
-            raise BadInput(f'{path}: not a text file; expected YAML') from None
-        except yaml.YAMLError as problem:
-            raise BadInput(f'{path}: {_where(problem)}') from None
-        if not isinstance(document, dict) or not any('ros__parameters' in str(part) for part in document.values()):
+        if flag == '--params-file' and 'ros__parameters' not in str(parameter_file.load(Path(path))):
             raise BadInput(f"{path}: no parameters in it; expected '/**:' and under it 'ros__parameters:'")
-
-
-def _where(problem: yaml.YAMLError) -> str:
-    mark = getattr(problem, 'problem_mark', None)
-    line = f'line {mark.line + 1}, column {mark.column + 1}: ' if mark else ''
-    return f'{line}not YAML: {getattr(problem, "problem", None) or _one_line(problem)}'

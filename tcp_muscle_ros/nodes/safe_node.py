@@ -14,17 +14,12 @@ from rclpy.time import Time
 from std_srvs.srv import SetBool, Trigger
 
 from tcp_muscle_ros.control.safety import Limits, Report, Safety, State, celsius
-from tcp_muscle_ros.nodes.parameters import Setting, Settings, declare
+from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, declare
 from tcp_muscle_ros.nodes.ticks import RosTime, SteadyTime, TickLoop, TimeBase
 
 STATE_QOS = QoSProfile(depth=10)  # reliable, keep last
 COMMAND_QOS = QoSProfile(depth=1)  # reliable, keep last: only the newest command counts
 _QUIET = (State.ENABLED, State.DISABLED)
-
-
-def longest_step(settings: Settings) -> float:
-    """A longer step of the clock, s, is a jump."""
-    return max(1.0, 10.0 / settings['rate_hz'])
 
 
 class SafeNode(Node):
@@ -35,10 +30,10 @@ class SafeNode(Node):
     ``work`` exclude each other by ``lock``.
     """
 
-    def __init__(self, name: str, own: Iterable[Setting]) -> None:
+    def __init__(self, name: str) -> None:
         super().__init__(name)
         self.lock = threading.RLock()
-        self.settings: Settings = declare(self, own, self.check, self._set)
+        self.settings: Settings = declare(self, name, self.check, self._set)
         self.rate = float(self.settings['rate_hz'])
         self.period = 1.0 / self.rate
         self.safety = Safety(self.limits_of(self.settings), enabled=self.settings['start_enabled'])
@@ -105,7 +100,7 @@ class SafeNode(Node):
     def start(self, on_failure: Callable[[], None]) -> None:
         """Begin to tick."""
         self.loop = TickLoop(
-            self.time_base, self.rate, self._tick, longest_step=longest_step(self.settings), on_failure=on_failure
+            self.time_base, self.rate, self._tick, longest_step=self.settings.longest_step, on_failure=on_failure
         )
         self.loop.start()
 
@@ -124,8 +119,13 @@ class SafeNode(Node):
 
     # Help for a subclass
 
-    def accept(self, name: str, value: float, low: float, high: float, unit: str) -> bool:
-        """Whether an input is a number that makes sense; if not it is counted, and said in the log."""
+    def accept(self, name: str, value: float, like: str) -> bool:
+        """Whether an input is within the bounds of the parameter ``like``; if not, it is counted and logged."""
+        row = KNOWN[like]
+        return self.within(name, value, row.low, row.high, row.unit)
+
+    def within(self, name: str, value: float, low: float, high: float, unit: str) -> bool:
+        """Whether an input is a number within the bounds; if not, it is counted and logged."""
         if low <= value <= high:  # False for NaN
             return True
         self.refused_inputs[name] += 1
@@ -144,6 +144,7 @@ class SafeNode(Node):
 
     def _set(self, settings: Settings) -> None:
         with self.lock:
+            self.settings = settings
             self.safety.limits = self.limits_of(settings)
             self.apply(settings)
 

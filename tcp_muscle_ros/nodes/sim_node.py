@@ -14,10 +14,11 @@ from tcp_muscle_ros.control.safety import Kind, Limits, celsius
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Reading
 from tcp_muscle_ros.nodes.lifetime import run
-from tcp_muscle_ros.nodes.parameters import KNOWN, SIM_NODE, Settings
-from tcp_muscle_ros.nodes.safe_node import COMMAND_QOS, STATE_QOS, SafeNode, longest_step
+from tcp_muscle_ros.nodes.parameters import Settings
+from tcp_muscle_ros.nodes.safe_node import COMMAND_QOS, STATE_QOS, SafeNode
 from tcp_muscle_ros.nodes.sensors import Noise, Sensor
 from tcp_muscle_ros.nodes.ticks import SECOND, ScaledTime, TimeBase
+from tcp_muscle_ros.operating import SIM
 
 _CLOCK_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _CHANNELS = {'temperature': 'k', 'resistance': 'ohm', 'displacement': 'm', 'force': 'n'}
@@ -49,7 +50,7 @@ class SimNode(SafeNode):
     """
 
     def __init__(self) -> None:
-        super().__init__('sim_node', SIM_NODE)
+        super().__init__(SIM)
         self._ambient: float | None = None  # K, once it came by topic
         self._load: float | None = None  # N, likewise
         self._muscle = make_muscle(self.settings)
@@ -98,7 +99,7 @@ class SimNode(SafeNode):
 
     def limits_of(self, settings: Settings) -> Limits:
         """The safety limits, with the watchdog."""
-        return settings.limits(command_timeout=settings['command_timeout_s'], longest_step=longest_step(settings))
+        return settings.limits(command_timeout=settings['command_timeout_s'])
 
     def apply(self, settings: Settings) -> None:
         """The same muscle in its present state, with other properties."""
@@ -134,13 +135,11 @@ class SimNode(SafeNode):
         return take
 
     def _take_load(self, message: Float64) -> None:
-        setting = KNOWN['load_n']
-        if self.accept('load', message.data, setting.low, setting.high, setting.unit):
+        if self.accept('load', message.data, like='load_n'):
             self._load = message.data
 
     def _take_ambient(self, message: Temperature) -> None:
-        setting = KNOWN['ambient_temperature_c']
-        if self.accept('ambient_temperature', message.temperature, setting.low, setting.high, setting.unit):
+        if self.accept('ambient_temperature', message.temperature, like='ambient_temperature_c'):
             self._ambient = message.temperature + ZERO_CELSIUS
 
     def forget(self) -> str:
@@ -236,7 +235,7 @@ class SimNode(SafeNode):
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run(SimNode, 'sim_node', args)
+    return run(SimNode, SIM, args)
 
 
 if __name__ == '__main__':

@@ -1,6 +1,6 @@
 """The state machine that decides when current may flow: each hazard by name, then any sequence of events at all."""
 
-from math import inf, isfinite, nan, sqrt
+from math import exp, inf, isfinite, log, nan, sqrt
 
 import pytest
 from hypothesis import settings
@@ -15,11 +15,23 @@ COOL = 23.0 + ZERO_CELSIUS
 PERIOD = 0.01
 
 
+def limits(**changed):
+    usual = {
+        'current': 0.27,
+        'slew': 0.0,
+        'command_timeout': 0.5,
+        'derate_temperature': 100.0 + ZERO_CELSIUS,
+        'max_temperature': 115.0 + ZERO_CELSIUS,
+        'longest_step': 1.0,
+    }
+    return Limits(**{**usual, **changed})
+
+
 class Bench:
     """A machine with a clock: ``tick`` advances it and decides."""
 
-    def __init__(self, *, enabled=True, **limits):
-        self.safety = Safety(Limits(**limits), enabled=enabled)
+    def __init__(self, **changed):
+        self.safety = Safety(limits(**changed))
         self.now = 0.0
 
     def tick(self, seconds=PERIOD, *, temperature=COOL, **arguments):
@@ -82,7 +94,7 @@ def test_a_command_that_timed_out_does_not_come_back_when_the_timeout_is_lengthe
     bench = Bench(command_timeout=0.5)
     bench.command(0.2)
     bench.tick(0.6)
-    bench.safety.limits = Limits(command_timeout=0.0)
+    bench.safety.limits = limits(command_timeout=0.0)
     assert bench.tick() == 0.0
 
 
@@ -162,7 +174,7 @@ def test_heat_derates_linearly_and_latches_at_the_maximum():
 
 def test_the_hotter_of_measured_and_modelled_counts():
     for temperatures in ((COOL, 400.0), (400.0, COOL), (None, 400.0)):
-        safety = Safety(Limits())
+        safety = Safety(limits())
         safety.update(0.0, PERIOD, temperatures=temperatures)
         assert safety.state is State.FAULT
 
@@ -232,12 +244,12 @@ def test_silent_feedback_gives_zero_and_is_not_latched():
 
 
 @pytest.mark.parametrize(
-    'limits',
+    'changed',
     [{'current': nan}, {'current': -1.0}, {'slew': inf}, {'derate_temperature': 400.0, 'max_temperature': 390.0}],
 )
-def test_limits_that_make_no_sense_are_refused(limits):
+def test_limits_that_make_no_sense_are_refused(changed):
     with pytest.raises(BadInput, match=r'expected|must begin below'):
-        Limits(**limits)
+        limits(**changed)
 
 
 # Feedback
@@ -265,14 +277,48 @@ def test_a_frozen_value_is_found_when_the_model_has_moved_by_more_than_five_quan
     assert watch.problem(1.0, 1e-4) == ''
 
 
-def test_a_muscle_at_rest_is_not_frozen_and_a_relaxed_model_thaws():
-    watch = FeedbackWatch('displacement', 0.2, 1e-5)
-    predictions = [0.0] * 20 + [6e-5, 4e-5, 2e-5, 0.5e-5, 4e-5]
-    problems = []
+def problems_while(watch, predictions, *, value=0.001, period=0.01):
+    found = []
     for tick, predicted in enumerate(predictions):
+        watch.receive(value, tick * period)
+        found.append(bool(watch.problem(tick * period, predicted)))
+    return found
+
+
+def test_a_muscle_at_rest_is_not_frozen():
+    watch = FeedbackWatch('displacement', 0.2, 1e-5)
+    assert not any(problems_while(watch, [2e-3 + 1e-6 * (tick % 7) for tick in range(10_000)]))
+
+
+def test_it_thaws_when_the_model_has_come_to_rest_too():
+    watch = FeedbackWatch('displacement', 0.2, 1e-5)
+    cooling = [1e-2 * exp(-tick * 0.01 / 1.0) for tick in range(1200)]
+    frozen = problems_while(watch, cooling)
+    thaw = frozen.index(False, 5)
+    assert all(frozen[5:thaw]) and not any(frozen[thaw:])
+    soonest = 100 * (1.0 + log(1e-2 * (1.0 - exp(-1.0)) / 1e-5))  # a second in which it moved by one quantum
+    assert soonest <= thaw <= soonest + 100
+
+
+def test_a_stuck_sensor_cannot_heat_the_muscle_by_retrying():
+    # The model's first-order answer to a controller that drives at full speed whenever the watch lets it.
+    watch = FeedbackWatch('displacement', 0.2, 1e-5)
+    moved, highest = 0.0, 0.0
+    for tick in range(20_000):
         watch.receive(0.001, tick * 0.01)
-        problems.append(bool(watch.problem(tick * 0.01, predicted)))
-    assert problems == [False] * 20 + [True, True, True, False, False]
+        driven = not watch.problem(tick * 0.01, moved)
+        moved += ((5e-2 if driven else 0.0) - moved) * 0.01 / 9.0
+        highest = max(highest, moved)
+    assert 5e-5 < highest < 4e-4
+
+
+def test_feedback_that_returns_is_not_held_to_what_the_model_said_before():
+    watch = FeedbackWatch('displacement', 0.2, 1e-5)
+    watch.receive(0.001, 0.0)
+    assert watch.problem(0.0, 0.04) == ''
+    assert watch.problem(1.0, 0.03) == 'no displacement for 0.2 s'
+    watch.receive(0.001, 1.1)
+    assert watch.problem(1.1, 0.02) == ''
 
 
 # Any sequence of events
@@ -289,7 +335,7 @@ temperatures = st.one_of(
     st.sampled_from([nan, inf, -inf]),
 )
 good_limits = st.builds(
-    Limits,
+    limits,
     current=st.floats(0.0, 2.0),
     slew=st.sampled_from([0.0, 0.5, 100.0]),
     command_timeout=st.sampled_from([0.0, 0.1, 0.5]),
