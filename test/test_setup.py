@@ -1,0 +1,78 @@
+"""scripts/setup on machines that cannot be set up: one line that says what to do, and nothing is left behind."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+TOOLS = ['bash', 'cat', 'dirname', 'flock', 'sha256sum', 'uname', 'rm']
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """A checkout's set-up files, and a PATH with the tools of a bare Debian and no Python."""
+    checkout = tmp_path / 'checkout'
+    shutil.copytree(ROOT / 'scripts', checkout / 'scripts', ignore=shutil.ignore_patterns('__pycache__'))
+    shutil.copytree(ROOT / 'requirements', checkout / 'requirements')
+    shutil.copyfile(ROOT / 'setup.py', checkout / 'setup.py')
+    programs = tmp_path / 'bin'
+    programs.mkdir()
+    for name in TOOLS:
+        (programs / name).symlink_to(shutil.which(name))
+    return checkout, programs
+
+
+def program(folder, name, script):
+    """An executable shell script that stands in for a program of another machine."""
+    path = folder / name
+    path.unlink(missing_ok=True)
+    path.write_text('#!' + shutil.which('bash') + '\n' + script + '\n', encoding='utf-8')
+    path.chmod(0o755)
+
+
+def said(machine):
+    """The one line on stderr of a set-up that must fail."""
+    checkout, programs = machine
+    done = subprocess.run(
+        [programs / 'bash', checkout / 'scripts' / 'test'],
+        env={'PATH': str(programs), 'HOME': str(checkout)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 1
+    assert not (checkout / '.venv').exists()
+    (line,) = done.stderr.splitlines()
+    assert line.startswith('setup: ')
+    return line
+
+
+def test_no_python(machine):
+    assert 'no python3 found: sudo apt install' in said(machine)
+
+
+def test_python_too_old(machine):
+    program(machine[1], 'python3', 'echo 3.9')
+    assert 'is Python 3.9, and this needs 3.10 to 3.13' in said(machine)
+
+
+def test_python_too_new(machine):
+    program(machine[1], 'python3', 'echo 3.14')
+    assert 'is Python 3.14, and this needs 3.10 to 3.13' in said(machine)
+
+
+def test_debian_without_the_venv_package(machine, tmp_path):
+    (tmp_path / 'debian').mkdir()
+    (tmp_path / 'debian' / 'ensurepip.py').write_text('raise ImportError\n', encoding='utf-8')
+    program(machine[1], 'python3', f'PYTHONPATH={tmp_path / "debian"} exec {sys.executable} "$@"')
+    version = '{}.{}'.format(*sys.version_info)
+    assert f'Python {version} has no venv: sudo apt install python{version}-venv' in said(machine)
+
+
+def test_machine_without_wheels(machine):
+    program(machine[1], 'uname', '[ "$1" = -m ] && echo aarch64 || echo Linux')
+    program(machine[1], 'python3', f'exec {sys.executable} "$@"')
+    assert 'no wheels of ROS 2 for Linux on aarch64: install ROS 2' in said(machine)
