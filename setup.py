@@ -31,7 +31,7 @@ setup(
     packages=find_packages(include=[NAME, NAME + '.*']),
     # The package sees config/ through the link tcp_muscle_ros/config, so that every way of installing it
     # (a wheel, `pip install -e`, colcon with or without symlinks) finds the same files beside the code.
-    package_data={NAME: ['config/*']},
+    package_data={NAME: ['config/*', 'report/*.json']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + NAME]),
         ('share/' + NAME, ['package.xml']),
@@ -55,7 +55,7 @@ setup(
     ],
     extras_require={
         'ros': pinned('ros.txt'),
-        'test': ['pytest', 'hypothesis', 'psutil'],
+        'test': ['pytest', 'hypothesis', 'psutil', 'jsonschema'],
     },
     entry_points={
         'console_scripts': [

@@ -46,6 +46,7 @@ TEST_DEPENDENCIES = {
     'python3-pytest': 'pytest',
     'python3-hypothesis': 'hypothesis',
     'python3-psutil': 'psutil',
+    'python3-jsonschema': 'jsonschema',
 }
 # ROS packages that only launch files name.
 LAUNCH_DEPENDENCIES = {'launch', 'launch_ros', 'xacro'}
