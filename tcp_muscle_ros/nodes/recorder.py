@@ -81,8 +81,10 @@ class Recorder:
         prefix = self._namespace.rstrip('/')
         self._types = {name if name[0] == '/' else f'{prefix}/{name}': kind for name, kind in TOPICS.items()}
         self._subscriptions = {topic: self._subscribe(topic, ReliabilityPolicy.RELIABLE) for topic in self._types}
-        self._clock = self._node.create_subscription(Clock, '/clock', _unused, _QUEUE) if use_sim_time else None
+        best_effort = QoSProfile(depth=_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)  # takes any publisher's
+        self._clock = self._node.create_subscription(Clock, '/clock', _unused, best_effort) if use_sim_time else None
         self._sim_time_ns: int | None = None
+        self._before_clock: list[tuple[str, bytes]] = []
         self._bag: BagWriter | None = None
         self._best_effort: set[str] = set()
         self._warned: set[str] = set()
@@ -105,7 +107,8 @@ class Recorder:
             if first is not None and duration is not None and now - first >= duration:
                 break
             if first is None and duration is not None and now - begun > max(duration, _PATIENCE_S):
-                raise BadInput(f'no message under {self._namespace} within {now - begun:.0f} s{self._elsewhere()}')
+                lacking = 'on /clock' if self._before_clock else f'under {self._namespace}'
+                raise BadInput(f'no message {lacking} within {now - begun:.0f} s{self._elsewhere()}')
             if self._bag is not None and now - flushed >= _FLUSH_S:
                 self._bag.flush()
                 flushed = now
@@ -113,13 +116,15 @@ class Recorder:
                 self._look_at_publishers()
                 looked = now
             if now - said >= _SAY_S:
-                waited = f'no message yet under {self._namespace}{self._elsewhere()}'
+                lacking = ' on /clock' if self._before_clock else f' under {self._namespace}{self._elsewhere()}'
+                waited = f'no message yet{lacking}'
                 self._say(waited if first is None else f'{now - first:.0f} s, {self._count} messages')
                 said = now
             time.sleep(_TURN_S)
         self.take()
         if self._bag is None:
-            self._say(f'no message came, {self._output} was not written')
+            lacking = ' on /clock' if self._before_clock else ''
+            self._say(f'no message came{lacking}, {self._output} was not written')
 
     def take(self) -> None:
         """Write all messages that have come, in the order in which they came."""
@@ -135,12 +140,17 @@ class Recorder:
                     arrived.append((taken[1]['received_timestamp'], '', stamp.to_bytes(8, 'little')))
         arrived.sort(key=lambda message: message[0])
         for received_ns, topic, payload in arrived:
-            if not topic:
-                self._sim_time_ns = int.from_bytes(payload, 'little')
-            elif self._clock is None:
+            if self._clock is None:
                 self._write(topic, payload, received_ns)
-            elif self._sim_time_ns is not None:  # before the first /clock there is no time to log it at
+            elif not topic:
+                self._sim_time_ns = int.from_bytes(payload, 'little')
+                for earlier in self._before_clock:
+                    self._write(*earlier, self._sim_time_ns)
+                self._before_clock.clear()
+            elif self._sim_time_ns is not None:
                 self._write(topic, payload, self._sim_time_ns)
+            elif len(self._before_clock) < _QUEUE:  # there is no time yet: logged with the first /clock
+                self._before_clock.append((topic, payload))
 
     def _write(self, topic: str, payload: bytes, log_time_ns: int) -> None:
         if self._bag is None:

@@ -405,7 +405,7 @@ class _Ticks:
 
 
 def _between_neighbours(time: Index, sure: NDArray[np.bool_]) -> Index:
-    """Times in the order of the log: where those that are not `sure` break it, they are spread between the sure ones."""
+    """Times in the order of the log: those that are not `sure` and break it are spread between the sure ones."""
     if sure.all() or not sure.any():
         return time
     count = np.arange(len(time))

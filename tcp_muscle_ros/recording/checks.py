@@ -39,7 +39,7 @@ _PLAUSIBLE = {
     'voltage': (-60.0, 60.0),
     'load': (0.0, 200.0),
     'ambient': (250.0, 330.0),
-    'temperature': (250.0, 600.0),
+    'temperature': (250.0, 500.0),
     'resistance': (0.05, 10e3),
     'displacement': (-0.5, 0.5),
     'displacement_setpoint': (-0.5, 0.5),
@@ -192,7 +192,8 @@ def _saturation(name: str, time: Array, value: Array) -> Iterator[Issue]:
                 name,
                 'saturation',
                 (float(time[hit[0][0]]), float(time[hit[-1][1]])),
-                f'{name}: {np.mean(at):.0%} of all values sit at its {side}, {extreme:.6g}: a sensor or rig at its limit, or stuck?',
+                f'{name}: {np.mean(at):.0%} of all values sit at its {side}, {extreme:.6g}: '
+                'a sensor or rig at its limit, or stuck?',
             )
 
 

@@ -50,5 +50,5 @@ def test_an_unknown_unit_names_the_nearest_of_its_quantity():
 
 
 def test_a_unit_of_another_quantity_is_refused():
-    with pytest.raises(BadInput, match="'degC' is a unit of temperature, expected one of length: .*mm"):
+    with pytest.raises(BadInput, match=r"'degC' is a unit of temperature, expected one of length: .*mm"):
         unit_of('degC', 'length', '--unit displacement')

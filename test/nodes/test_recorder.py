@@ -1,0 +1,253 @@
+"""The recorder as users run it: its own process, real publishers, real DDS; stopped in every way there is."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from tcp_muscle_ros.recording.bag import read_bag
+
+pytestmark = pytest.mark.processes
+
+# A muscle's worth of topics whose values count up: publisher.py RATE COUNT NAMESPACE [reliable|best_effort] [clock]
+PUBLISHER = """
+import sys, time
+import rclpy
+from builtin_interfaces.msg import Time
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState, Temperature
+from std_msgs.msg import Float64
+
+rate, count, namespace = float(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
+reliable = 'best_effort' not in sys.argv
+qos = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
+rclpy.init()
+node = rclpy.create_node('muscle', namespace=namespace)
+topics = ('displacement', 'current', 'displacement_setpoint')
+plain = [node.create_publisher(Float64, topic, qos) for topic in topics]
+stamped = node.create_publisher(Temperature, 'temperature', qos)
+joints = node.create_publisher(JointState, 'joint_states', qos)
+everyone = [*plain, stamped, joints]
+clock = None
+if 'clock' in sys.argv:
+    clock = node.create_publisher(Clock, '/clock', 10)
+    everyone.append(clock)
+while not all(publisher.get_subscription_count() for publisher in everyone):
+    time.sleep(0.01)
+begun = time.monotonic()
+for k in range(count):
+    now = node.get_clock().now().nanoseconds if clock is None else 1_000_000_000 + round(k * 1e9 / rate)
+    stamp = Time(sec=now // 10**9, nanosec=now % 10**9)
+    if clock is not None:
+        clock.publish(Clock(clock=stamp))
+    for publisher in plain:
+        publisher.publish(Float64(data=k * 1e-6))
+    message = Temperature(temperature=20.0 + k)
+    message.header.stamp = stamp
+    stamped.publish(message)
+    message = JointState(name=['muscle'], position=[k * 1e-6], velocity=[0.0], effort=[0.5])
+    message.header.stamp = stamp
+    joints.publish(message)
+    time.sleep(max(0.0, begun + (k + 1) / rate - time.monotonic()))
+for publisher in everyone:
+    if reliable:
+        publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=10))
+print('published', flush=True)
+time.sleep(600)
+"""
+TOPICS = {'displacement', 'current', 'displacement_setpoint', 'temperature', 'joint_states'}
+
+
+@pytest.fixture(scope='module')
+def environment():
+    return os.environ | {
+        'ROS_DOMAIN_ID': str(1 + os.getpid() % 100),
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_PYTHON_CHECK_FIELDS': '1',
+        'PYTHONPATH': os.pathsep.join(filter(None, sys.path)),
+        'PYTHONUNBUFFERED': '1',
+    }
+
+
+@pytest.fixture
+def start(environment):
+    """Start a process; whatever was started is ended with the test."""
+    processes = []
+
+    def popen(*command):
+        process = subprocess.Popen(
+            [sys.executable, *map(str, command)],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        processes.append(process)
+        return process
+
+    yield popen
+    for process in processes:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def publish(start):
+    return lambda *arguments: start('-c', PUBLISHER, *arguments)
+
+
+@pytest.fixture
+def record(start, tmp_path):
+    return lambda *arguments: start('-m', 'tcp_muscle_ros.tool', 'record', '--output', tmp_path / 'bag', *arguments)
+
+
+def wait_for(condition, what, seconds=60.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, f'{what} did not happen within {seconds:g} s'
+        time.sleep(0.02)
+
+
+def line(process, begins):
+    """Read a process's output up to a line that begins so."""
+    for text in process.stdout:
+        if text.startswith(begins):
+            return text
+    raise AssertionError(f'{begins!r} never came; it said on stderr: {process.stderr.read()}')
+
+
+def bag_size(bag):
+    return sum(path.stat().st_size for path in bag.glob('*.mcap'))
+
+
+@pytest.mark.parametrize('how', [signal.SIGINT, signal.SIGTERM])
+def test_every_message_from_the_first_to_the_last_is_in_the_bag(publish, record, tmp_path, how):
+    recorder = record('--namespace', 'm1')
+    line(recorder, 'waiting')
+    publisher = publish(500, 1500, 'm1')
+    line(publisher, 'published')
+    recorder.send_signal(how)
+    recorder.send_signal(how)  # an impatient user
+    out, error = recorder.communicate(timeout=30)
+    assert (recorder.returncode, error) == (0, '')
+    assert '7500 messages on 5 topics' in out
+    with AnyReader([tmp_path / 'bag'], default_typestore=get_typestore(Stores.EMPTY)) as reader:
+        assert {c.topic: c.msgcount for c in reader.connections} == {f'/m1/{topic}': 1500 for topic in TOPICS}
+        for connection, _, raw in reader.messages():
+            reader.deserialize(raw, connection.msgtype)
+    recording = read_bag(tmp_path / 'bag')
+    assert recording.notes == ()
+    np.testing.assert_array_equal(recording['displacement'].value, np.arange(1500) * 1e-6)
+    np.testing.assert_allclose(recording['temperature'].value, 293.15 + np.arange(1500), rtol=1e-15)
+    # the unstamped messages found their ticks, but for the few that the system delivered late
+    on_their_tick = np.isin(recording['displacement'].time, recording['temperature'].time)
+    assert on_their_tick.mean() > 0.9
+    assert np.abs(recording['displacement'].time - recording['temperature'].time).max() < 0.5
+
+
+def test_a_recorder_killed_with_minus_nine_has_lost_at_most_its_last_second(publish, record, tmp_path):
+    recorder = record('--namespace', '/m1/')
+    publish(200, 100_000, 'm1')
+    wait_for(lambda: bag_size(tmp_path / 'bag') > 100_000, 'recording')
+    os.kill(recorder.pid, signal.SIGKILL)
+    killed = time.time()
+    recorder.wait()
+    recording = read_bag(tmp_path / 'bag')
+    assert any('was not closed' in note for note in recording.notes)
+    for name in ('displacement', 'temperature', 'current'):
+        last = recording.start_ns * 1e-9 + recording[name].time[-1]
+        assert 0 <= killed - last < 1.0, name
+        assert recording[name].time[0] < 0.1
+    steps = np.round(np.diff(recording['displacement'].value) * 1e6)
+    assert set(steps) == {1.0}
+
+
+def test_a_duration_counts_from_the_first_message_and_topics_may_join_late(publish, record, tmp_path):
+    recorder = record('--duration', '4')
+    line(recorder, 'waiting')
+    publish(100, 100_000, 'other')  # not in the namespace that is recorded
+    publish(100, 100_000, '/')
+    line(recorder, 'recording')
+    begun = time.monotonic()
+    _, error = recorder.communicate(timeout=30)
+    assert (recorder.returncode, error) == (0, '')
+    assert 3.5 < time.monotonic() - begun < 7
+    recording = read_bag(tmp_path / 'bag')
+    assert recording.duration == pytest.approx(4, abs=0.5)
+    assert {channel.topic for channel in recording.channels.values()} <= {f'/{t}' for t in TOPICS}
+
+
+def test_a_publisher_that_offers_best_effort_only_is_recorded(publish, record, tmp_path):
+    recorder = record('--duration', '1')
+    publish(100, 100_000, '/', 'best_effort')
+    _, error = recorder.communicate(timeout=60)
+    assert (recorder.returncode, error) == (0, '')
+    assert len(read_bag(tmp_path / 'bag')['displacement']) > 50
+
+
+def test_with_simulated_time_the_log_is_on_that_clock(publish, record, tmp_path):
+    recorder = record('--use-sim-time')
+    publisher = publish(200, 400, '/', 'clock')
+    line(publisher, 'published')
+    recorder.send_signal(signal.SIGINT)
+    _, error = recorder.communicate(timeout=30)
+    assert (recorder.returncode, error) == (0, '')
+    recording = read_bag(tmp_path / 'bag')
+    assert recording.start_ns == 1_000_000_000
+    np.testing.assert_allclose(recording['temperature'].time, np.arange(400) / 200, atol=1e-9)
+    assert recording['displacement'].value.tolist() == (np.arange(400) * 1e-6).tolist()
+    assert recording['displacement'].time[-1] == pytest.approx(399 / 200, abs=0.05)
+
+
+def test_without_a_clock_simulated_time_is_said_to_be_missing(publish, record):
+    recorder = record('--use-sim-time', '--duration', '1')
+    publish(100, 100_000, '/')
+    _, error = recorder.communicate(timeout=60)
+    assert recorder.returncode == 2
+    assert error.startswith('tcp_muscle record: no message on /clock within 10 s')
+
+
+def test_nothing_to_record_says_where_there_is_something(publish, record, tmp_path):
+    publish(100, 100_000, 'm1')  # waits for a recorder that never subscribes, but its topics are there
+    recorder = record('--duration', '1')
+    _, error = recorder.communicate(timeout=60)
+    assert recorder.returncode == 2
+    assert error.startswith(
+        'tcp_muscle record: no message under / within 10 s; there are muscles under /m1 (--namespace)'
+    )
+    assert error.count('\n') == 1
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_stopped_before_the_first_message_no_bag_is_written(record, tmp_path):
+    recorder = record()
+    line(recorder, 'waiting')
+    recorder.send_signal(signal.SIGINT)
+    out, error = recorder.communicate(timeout=30)
+    assert (recorder.returncode, error) == (0, '')
+    assert 'no message came' in out
+    assert not (tmp_path / 'bag').exists()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'says'),
+    [(['--namespace', 'no good'], '--namespace no good: '), (['--output', '.'], 'exists already')],
+)
+def test_bad_arguments_are_one_line(record, arguments, says):
+    recorder = record(*arguments)
+    out, error = recorder.communicate(timeout=30)
+    assert (recorder.returncode, out) == (2, '')
+    assert error.startswith('tcp_muscle record: ')
+    assert says in error
+    assert error.count('\n') == 1

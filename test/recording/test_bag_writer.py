@@ -1,0 +1,163 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import yaml
+from mcap.reader import make_reader
+from recording.bags import START, STORE, float64, temperature
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.bag_writer import BagWriter, write_recording
+from tcp_muscle_ros.recording.recording import CHANNELS, Channel, Recording
+
+
+def everything(n=500):
+    """A recording of every channel there is, on a clock of its own."""
+    rng = np.random.default_rng(2)
+    time = np.arange(n) / 100
+    return Recording(
+        '',
+        {name: Channel(name, time, 300 + rng.normal(size=n), f'/m1/{kind.topic}') for name, kind in CHANNELS.items()},
+        START,
+        {'load_n': 0.588},
+    )
+
+
+def test_a_recording_survives_being_written_and_read(tmp_path):
+    recording = everything()
+    write_recording(tmp_path / 'bag', recording, namespace='m1')
+    back = read_bag(tmp_path / 'bag')
+    assert back.notes == ()
+    assert back.start_ns == START
+    assert back.known == recording.known
+    assert set(back.channels) == set(CHANNELS)
+    for name, channel in recording.channels.items():
+        np.testing.assert_array_equal(back[name].time, channel.time)
+        np.testing.assert_allclose(back[name].value, channel.value, rtol=1e-15, atol=0)
+        assert back[name].topic == channel.topic
+
+
+def test_rosbags_reads_it_with_an_empty_typestore(tmp_path):
+    recording = everything()
+    write_recording(tmp_path / 'bag', recording, namespace='m1')
+    with AnyReader([tmp_path / 'bag'], default_typestore=get_typestore(Stores.EMPTY)) as reader:
+        assert reader.message_count == 500 * len(CHANNELS)
+        assert reader.start_time == START
+        assert {c.topic: c.msgtype for c in reader.connections} == {
+            f'/m1/{kind.topic}': kind.message_type for kind in CHANNELS.values()
+        }
+        reliable = {c.ext.offered_qos_profiles[0].reliability.name for c in reader.connections}
+        assert reliable == {'RELIABLE'}
+        seen = dict.fromkeys(CHANNELS, 0)
+        for connection, log_time, raw in reader.messages():
+            message = reader.deserialize(raw, connection.msgtype)
+            name = next(n for n, kind in CHANNELS.items() if kind.topic == connection.topic.split('/')[-1])
+            value = recording[name].value[seen[name]]
+            if CHANNELS[name].stamped:
+                assert message.temperature == pytest.approx(value - 273.15, rel=1e-12)
+                assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == log_time
+                assert (message.header.frame_id, message.variance) == ('', 0.0)
+            else:
+                assert message.data == value
+            seen[name] += 1
+
+
+def test_the_mcap_library_finds_a_summary_and_sound_checksums(tmp_path):
+    write_recording(tmp_path / 'bag', everything())
+    with next((tmp_path / 'bag').glob('*.mcap')).open('rb') as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        assert summary.statistics.message_count == 500 * len(CHANNELS)
+        assert sum(1 for _ in reader.iter_messages()) == 500 * len(CHANNELS)
+        assert {schema.encoding for schema in summary.schemas.values()} == {'ros2msg'}
+
+
+def test_metadata_is_version_9_from_the_first_moment_and_complete_at_the_end(tmp_path):
+    def metadata():
+        return yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+
+    with BagWriter(tmp_path / 'bag') as writer:
+        assert (metadata()['version'], metadata()['storage_identifier']) == (9, 'mcap')
+        writer.add_topic('/force', 'std_msgs/msg/Float64')
+        for k in (3, 1, 2):
+            writer.write('/force', float64(k)[1], START + k)
+    done = metadata()
+    assert done['message_count'] == 3
+    assert done['starting_time']['nanoseconds_since_epoch'] == START + 1
+    assert done['duration']['nanoseconds'] == 2
+    topic = done['topics_with_message_count'][0]['topic_metadata']
+    assert topic['type_description_hash'] == STORE.hash_rihs01('std_msgs/msg/Float64')
+    assert topic['offered_qos_profiles'][0]['reliability'] == 'reliable'
+    assert (tmp_path / 'bag' / done['relative_file_paths'][0]).is_file()
+    assert '&' not in (tmp_path / 'bag' / 'metadata.yaml').read_text()  # no anchors
+
+
+def test_messages_given_as_objects_and_as_bytes_are_the_same(tmp_path):
+    kind, message = temperature(21.0, START)
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/temperature', kind)
+        writer.write('/temperature', message, START)
+        _, message = temperature(22.0, START + 10**9)
+        writer.write_serialized('/temperature', bytes(STORE.serialize_cdr(message, kind)), START + 10**9)
+    assert read_bag(tmp_path / 'bag')['temperature'].value.tolist() == [294.15, 295.15]
+
+
+def test_nothing_is_overwritten(tmp_path):
+    (tmp_path / 'there').mkdir()
+    with pytest.raises(BadInput, match='exists already and is not overwritten'):
+        BagWriter(tmp_path / 'there')
+    assert list((tmp_path / 'there').iterdir()) == []
+
+
+def test_an_unwritable_place_is_bad_input(tmp_path):
+    (tmp_path / 'file').touch()
+    with pytest.raises(BadInput, match='cannot write there'):
+        BagWriter(tmp_path / 'file' / 'bag')
+
+
+def test_an_unknown_type_and_a_topic_of_two_types_are_refused(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        with pytest.raises(BadInput, match="unknown message type 'std_msgs/msg/Float46'; did you mean"):
+            writer.add_topic('/x', 'std_msgs/msg/Float46')
+        writer.add_topic('/x', 'std_msgs/msg/Float64')
+        with pytest.raises(BadInput, match='cannot also be std_msgs/msg/Float32'):
+            writer.add_topic('/x', 'std_msgs/msg/Float32')
+
+
+WRITE_FOR_EVER = """
+import sys, time
+import numpy as np
+from tcp_muscle_ros.recording.bag_writer import BagWriter
+writer = BagWriter(sys.argv[1])
+writer.add_topic('/force', 'std_msgs/msg/Float64')
+while True:
+    now = time.time_ns()
+    writer.write_serialized('/force', b'\\0\\1\\0\\0' + np.float64(now * 1e-9).tobytes(), now)
+    time.sleep(0.002)
+"""
+
+
+def test_a_writer_killed_with_minus_nine_loses_at_most_its_last_second(tmp_path):
+    process = subprocess.Popen([sys.executable, '-c', WRITE_FOR_EVER, str(tmp_path / 'bag')])
+    try:
+        deadline = time.monotonic() + 60
+        while not list(tmp_path.glob('bag/*.mcap')) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        time.sleep(2.5)
+    finally:
+        os.kill(process.pid, signal.SIGKILL)
+        killed = time.time()
+        process.wait()
+    recording = read_bag(tmp_path / 'bag')
+    assert any('not closed' in note for note in recording.notes)
+    last = recording.start_ns * 1e-9 + recording.duration
+    assert 0 <= killed - last < 1.0
+    assert len(recording['force']) > 200
+    assert recording['force'].value[-1] == pytest.approx(last, abs=1e-5)

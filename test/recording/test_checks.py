@@ -1,0 +1,158 @@
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.recording.checks import check, check_samples, quantum
+from tcp_muscle_ros.recording.csv_import import csv_files, import_runs
+from tcp_muscle_ros.recording.import_map import read_import_map
+from tcp_muscle_ros.recording.recording import Channel, Recording
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+DATA = Path(os.environ.get('TCP_MUSCLE_SHARED', REPOSITORY.parent / 'shared')) / 'data'
+
+TIME = np.arange(3000) / 100
+
+
+def temperature(noise=0.05, seed=0):
+    """A heating and cooling muscle's temperature, K."""
+    rise = np.where(TIME < 15, 1 - np.exp(-TIME / 5), np.exp(-(TIME - 15) / 5))
+    return 296.15 + 60 * rise + noise * np.random.default_rng(seed).normal(size=len(TIME))
+
+
+def kinds(name, time, value):
+    return [issue.kind for issue in check_samples(name, time, value)]
+
+
+@pytest.mark.parametrize('noise', [0.0, 1e-4, 0.05, 2.0])
+def test_a_sound_channel_has_no_findings(noise):
+    for seed in range(5):
+        assert kinds('temperature', TIME, temperature(noise, seed)) == []
+        jittered = TIME + np.random.default_rng(seed).uniform(-0.0005, 0.0005, len(TIME))
+        assert kinds('temperature', jittered, temperature(noise, seed)) == []
+
+
+def test_a_muscle_at_rest_on_a_coarse_encoder_is_not_stuck():
+    moving = 0.025 * (1 - np.exp(-np.clip(TIME - 10, 0, None) / 2))
+    encoder = np.round(moving / 9e-6) * 9e-6
+    assert kinds('displacement', TIME, encoder) == []
+
+
+def test_a_gap_is_found_where_it_is():
+    kept = (TIME < 10) | (TIME > 12)
+    (issue,) = check_samples('temperature', TIME[kept], temperature()[kept])
+    assert issue.kind == 'gap'
+    assert issue.interval == pytest.approx((9.99, 12.01))
+    assert 'no sample for 2.02 s from 9.990 s' in issue.sentence
+
+
+def test_many_gaps_are_one_sentence():
+    kept = (np.arange(3000) % 300) > 20
+    (issue,) = check_samples('temperature', TIME[kept], temperature()[kept])
+    assert issue.sentence.startswith('temperature: 9 gaps, ')
+
+
+def test_jitter_backwards_and_duplicate_times():
+    rng = np.random.default_rng(0)
+    uneven = np.cumsum(rng.uniform(0.002, 0.018, 3000))
+    assert 'jitter' in kinds('temperature', uneven, temperature())
+    swapped = TIME.copy()
+    swapped[[1000, 1001]] = swapped[[1001, 1000]]
+    (back,) = [issue for issue in check_samples('temperature', swapped, temperature()) if issue.kind == 'backwards']
+    assert back.interval == pytest.approx((10.0, 10.01))
+    doubled = TIME.copy()
+    doubled[500] = doubled[499]
+    assert 'duplicate' in kinds('temperature', doubled, temperature())
+
+
+def test_a_noisy_sensor_that_freezes_is_stuck():
+    value = temperature()
+    value[1200:1400] = value[1200]
+    (issue,) = check_samples('temperature', TIME, value)
+    assert issue.kind == 'stuck'
+    assert issue.interval == pytest.approx((12.0, 13.99))
+
+
+def test_a_noiseless_sensor_that_stops_dead_while_moving_is_stuck():
+    value = temperature(0.0)
+    value[300:500] = value[300]
+    (issue,) = check_samples('temperature', TIME, value)
+    assert (issue.kind, issue.interval) == ('stuck', pytest.approx((3.0, 4.99)))
+
+
+def test_a_sensor_at_its_limit():
+    (issue,) = check_samples('temperature', TIME, np.minimum(temperature(), 340.0))
+    assert issue.kind == 'saturation'
+    assert 'sit at its top, 340' in issue.sentence
+    (issue,) = check_samples('displacement', TIME, np.maximum(-temperature(0.0), -340.0) * 1e-3)
+    assert 'sit at its bottom' in issue.sentence
+
+
+def test_values_that_are_not_finite():
+    value = temperature()
+    value[[5, 7]] = np.nan, np.inf
+    (issue,) = check_samples('temperature', TIME, value)
+    assert (issue.kind, issue.interval) == ('not_finite', (0.05, 0.07))
+
+
+@pytest.mark.parametrize('step', [0.0625, 0.25, 1.0])
+def test_the_step_of_a_quantised_channel(step):
+    assert quantum(np.round(temperature() / step) * step) == pytest.approx(step)
+
+
+def test_a_coarse_channel_is_said_to_be_coarse():
+    (issue,) = check_samples('temperature', TIME, np.round(temperature(0.5) / 4) * 4)
+    assert issue.kind == 'quantisation'
+    assert 'in steps of 4, ' in issue.sentence
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'says'),
+    [
+        ('temperature', temperature() + 273.15, r'--unit temperature='),  # kelvin, read as degrees Celsius
+        ('displacement', temperature() / 10, r'--unit displacement='),  # millimetres, read as metres
+        ('force', temperature() * 10, r'--unit force='),  # grams, read as newtons
+        ('current', np.full(3000, 270.0), r'--unit current='),  # milliamperes
+    ],
+)
+def test_an_unlikely_magnitude_points_at_the_unit(name, value, says):
+    (issue,) = check_samples(name, TIME, value)
+    assert issue.kind == 'unit'
+    assert says in issue.sentence
+
+
+def test_inputs_may_rest_and_sit_at_their_limit():
+    square = np.where(TIME % 10 < 5, 0.27, 0.0)
+    assert kinds('current', TIME, square) == []
+    assert kinds('current_command', np.array([0.0, 1.0, 20.0]), np.array([0.0, 0.27, 0.0])) == []
+
+
+def test_too_short_a_channel():
+    assert kinds('force', np.array([1.0]), np.array([2.0])) == ['short']
+    assert kinds('force', np.array([]), np.array([])) == ['short']
+
+
+def test_a_recording_is_checked_channel_by_channel():
+    bad = temperature()
+    bad[1200:1400] = bad[1200]
+    channels = {
+        'temperature': Channel('temperature', TIME, bad, '/temperature'),
+        'resistance': Channel('resistance', TIME, temperature() / 100, '/resistance'),
+    }
+    assert [(issue.channel, issue.kind) for issue in check(Recording('', channels, 0))] == [('temperature', 'stuck')]
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason='the recordings of other labs are not here (TCP_MUSCLE_SHARED)')
+def test_what_is_known_of_the_real_rigs_is_found():
+    """Positions read by eye, 1 s then 2 s apart; an encoder that sticks and slips; nothing else."""
+    found = {}
+    for rig in ('tca_bench_rig', 'tca_video_rig'):
+        import_map = read_import_map(REPOSITORY / 'config' / f'import_{rig}.yaml')
+        for run in import_runs(import_map, csv_files([DATA / rig])):
+            found[run.name] = {issue.kind for issue in check(run.recording)}
+    video = {name: issues for name, issues in found.items() if name.startswith(('mandrel', 'self'))}
+    assert all(issues == ({'jitter'} if 'step' not in name else set()) for name, issues in video.items())
+    assert all(not issues for name, issues in found.items() if name.startswith('force'))
+    stroke = [issues for name, issues in found.items() if name.startswith('stroke')]
+    assert set().union(*stroke) <= {'stuck', 'saturation'}
