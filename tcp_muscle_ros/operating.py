@@ -148,9 +148,9 @@ _ROWS = (
         1.0,
     ),
     Operating('time_constant_s', 0.1, 's', 'mode model: of the closed loop', (CONTROL,), 1e-3, 100.0),
-    Operating('pid_kp_a_per_m', 20.0, 'A/m', 'mode pid: proportional gain', (CONTROL,)),
-    Operating('pid_ki_a_per_m_s', 8.0, 'A/(m s)', 'mode pid: integral gain', (CONTROL,)),
-    Operating('pid_kd_a_s_per_m', 8.0, 'A s/m', 'mode pid: derivative gain', (CONTROL,)),
+    Operating('pid_kp_a_per_m', 200.0, 'A/m', 'mode pid: proportional gain', (CONTROL,)),
+    Operating('pid_ki_a_per_m_s', 32.0, 'A/(m s)', 'mode pid: integral gain', (CONTROL,)),
+    Operating('pid_kd_a_s_per_m', 20.0, 'A s/m', 'mode pid: derivative gain', (CONTROL,)),
     Operating('pid_filter_time_s', 0.05, 's', 'mode pid: filter of the derivative', (CONTROL,), 0.0, 100.0),
 )
 OPERATING: Mapping[str, Operating] = {row.name: row for row in _ROWS}

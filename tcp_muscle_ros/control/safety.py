@@ -19,6 +19,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS
 
 ABSURD = 1e3  # A, W or V: more is no wish for a muscle of some ohm but a wrong unit or a broken message
+REPEATED = 2  # times the same before a value can be called frozen
 STILL = 1.0  # s, a model that moves by less than a quantum for so long has come to rest
 
 
@@ -300,8 +301,10 @@ class FeedbackWatch:
     """Whether a measured signal is alive: it comes, it is a number, and it moves when the muscle must.
 
     ``timeout`` s without a good value and it is lost. It is frozen once the model has moved by more than ``quanta``
-    quanta of the sensor since the value last changed by so much as a bit. It thaws with the next change, or when the
-    model has come to rest too: then nothing contradicts it any more, and a driver that was merely off gets its chance.
+    quanta of the sensor since the value last changed by so much as a bit, and messages have said the same again
+    meanwhile: a message that is late, or a sensor slower than the controller, is not frozen. It thaws with the next
+    change, or when the model has come to rest too: then nothing contradicts it any more, and a driver that was merely
+    off gets its chance.
     """
 
     def __init__(self, name: str, timeout: float, quantum: float, quanta: float = 5.0) -> None:
@@ -313,6 +316,7 @@ class FeedbackWatch:
         self._clock = _Forward()
         self._received_at: float | None = None
         self._predicted_then: float | None = None  # when the value last changed
+        self._repeated = 0  # messages since then that said the same
         self._frozen = False
         self._still_at = self._still_since = 0.0
 
@@ -324,12 +328,15 @@ class FeedbackWatch:
         if value != self.value:
             self.value = value
             self.expect_anew()
+        else:
+            self._repeated += 1
         self._received_at = time
         return True
 
     def expect_anew(self) -> None:
         """The model was set to another state: what it said before is not to be compared with."""
         self._predicted_then = None
+        self._repeated = 0
         self._frozen = False
 
     def problem(self, now: float, predicted: float | None) -> str:
@@ -353,7 +360,7 @@ class FeedbackWatch:
         if self._frozen and time - self._still_since >= STILL:
             self._predicted_then = predicted
             return False
-        return self._frozen or moved
+        return self._frozen or (moved and self._repeated >= REPEATED)
 
 
 class _Forward:

@@ -277,6 +277,14 @@ def test_a_frozen_value_is_found_when_the_model_has_moved_by_more_than_five_quan
     assert watch.problem(1.0, 1e-4) == ''
 
 
+def test_a_late_message_or_a_slow_sensor_is_not_frozen():
+    watch = FeedbackWatch('displacement', 0.2, 1e-5)
+    for tick in range(1000):
+        if tick % 10 == 0:  # a sensor at a tenth of the rate, of a muscle that moves
+            watch.receive(tick * 1e-4, tick * 0.01)
+        assert watch.problem(tick * 0.01, predicted=tick * 1e-4) == '', tick
+
+
 def problems_while(watch, predictions, *, value=0.001, period=0.01):
     found = []
     for tick, predicted in enumerate(predictions):
