@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from tcp_muscle_ros.muscle.arrays import Array
 
 RECORDED, PREDICTED, IMPROVED, SETPOINT, DRIVE = '#000000', '#D55E00', '#0072B2', '#009E73', '#CC79A7'
+BEFORE, AFTER, HEATING, COOLING, LOAD, OTHER = PREDICTED, IMPROVED, '#D55E00', '#56B4E9', '#009E73', '#888888'
 CHANNEL_AXIS = {
     'temperature': 'temperature (degC)',
     'resistance': 'resistance (ohm)',
@@ -39,10 +40,29 @@ def canvas(
         rows, columns, figsize=(width, height * rows), squeeze=False, layout='constrained', **options
     )
     flat = [axis for row in axes for axis in row]
-    for axis in flat:
+    _plain(flat)
+    return figure, flat
+
+
+def stacked(channels: int, *, width: float = 9.0) -> tuple[Figure, Axes, list[tuple[Axes, Axes]]]:
+    """A figure over one time: a low panel on top, then for each channel a panel with a low one below it."""
+    heights = [1.0, *[2.0, 0.9] * channels]
+    figure, axes = plt.subplots(
+        len(heights),
+        1,
+        figsize=(width, 0.95 * sum(heights)),
+        sharex=True,
+        layout='constrained',
+        gridspec_kw={'height_ratios': heights},
+    )
+    _plain(list(axes))
+    return figure, axes[0], [(axes[1 + 2 * k], axes[2 + 2 * k]) for k in range(channels)]
+
+
+def _plain(axes: list[Axes]) -> None:
+    for axis in axes:
         axis.grid(alpha=0.25, linewidth=0.6)
         axis.spines[['top', 'right']].set_visible(False)
-    return figure, flat
 
 
 def save(figure: Figure, path: object) -> None:

@@ -1,0 +1,386 @@
+"""The figures of a diagnosis: what was recorded and what the models make of it, where they differ, what decides.
+
+Each ``draw_*`` writes one PNG and says whether there was something to draw. ``before`` is the recalibrated model
+without the findings, ``after`` the one with them. Series are thinned to what a picture can show.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tcp_muscle_ros.diagnosis.findings import Diagnosis, Series
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.report.style import (
+    AFTER,
+    BEFORE,
+    CHANNEL_AXIS,
+    COOLING,
+    DRIVE,
+    HEATING,
+    LOAD,
+    OTHER,
+    RECORDED,
+    canvas,
+    save,
+    shown,
+    stacked,
+)
+from tcp_muscle_ros.report.tables import SHOWN
+from tcp_muscle_ros.report.words import percent, plain
+
+_MOST_POINTS = 3000  # a picture is some thousand pixels wide
+_MOST_BARS = 12
+_BINS = 16
+_CYCLES_SHOWN = 8
+_GAP = 5.0  # intervals: after a longer pause a line is interrupted
+Places = NDArray[np.intp]
+
+
+class Figure(NamedTuple):
+    """One figure: its file in ``figures/``, what it shows in a sentence, and what draws it."""
+
+    file: str
+    caption: str
+    draw: Callable[[Path, Diagnosis], bool]
+
+
+def draw_all(folder: str | Path, diagnosis: Diagnosis) -> list[Figure]:
+    """Write every figure for which there is something to show; those that were written, in order."""
+    return [figure for figure in FIGURES if figure.draw(Path(folder) / figure.file, diagnosis)]
+
+
+def draw_channels(path: Path, diagnosis: Diagnosis) -> bool:
+    """Recorded, before and after of each channel, residuals below, for the recording that shows most."""
+    if not diagnosis.series:
+        return False
+    k = telling_recording(diagnosis)
+    where = telling_channel(diagnosis)
+    series = sorted(diagnosis.series[k], key=lambda s: s.channel != where)  # the one that shows most comes first
+    start, end = _window(diagnosis, k)
+    figure, drive, rows = stacked(len(series))
+    if k < len(diagnosis.drive):
+        kind, time, value = diagnosis.drive[k]
+        drive.step(time, value, where='post', color=DRIVE, linewidth=1.2)
+        drive.set_ylabel(CHANNEL_AXIS[kind])
+    drive.set_title(_name(diagnosis, k), fontsize=10)
+    for (axis, below), s in zip(rows, series, strict=True):
+        for label, look in _LOOK.items():
+            axis.plot(*_line(s, shown(s.channel, getattr(s, label)), start, end), label=label, **look)
+        axis.set_ylabel(CHANNEL_AXIS[s.channel])
+        unit, factor = SHOWN[s.channel]
+        band = 2.0 * factor * diagnosis.noise.get(s.channel, float('nan'))
+        if np.isfinite(band):
+            below.axhspan(-band, band, color=RECORDED, alpha=0.12, linewidth=0)
+        for label, colour in (('before', BEFORE), ('after', AFTER)):
+            left = factor * (s.recorded - getattr(s, label))
+            below.plot(*_line(s, left, start, end), color=colour, linewidth=0.9, alpha=0.85)
+        below.set_ylabel(f'residual ({unit})', fontsize=8)
+    for owner, a, b in diagnosis.location.intervals if diagnosis.location else ():
+        if owner == k:
+            for axis in rows[0]:
+                if a < end and b > start:
+                    axis.axvspan(max(a, start), min(b, end), color=BEFORE, alpha=0.08, linewidth=0)
+    rows[0][0].legend(loc='lower right', bbox_to_anchor=(1.0, 1.0), fontsize=8, ncols=3, frameon=False)
+    drive.set_xlim(start, end)
+    rows[-1][1].set_xlabel('time (s)')
+    save(figure, path)
+    return True
+
+
+def draw_driver(path: Path, diagnosis: Diagnosis) -> bool:
+    """The residual against what it goes with, heating and cooling apart, before and after."""
+    if not diagnosis.series:
+        return False
+    channel = telling_channel(diagnosis)
+    variable = _variable(diagnosis)
+    mine = [s for series in diagnosis.series for s in series if s.channel == channel]
+    if not mine:
+        return False
+    x = np.concatenate([_driver(s, variable, series) for s, series in _owners(diagnosis, channel)])
+    heating = np.concatenate([s.heating > 0.5 for s in mine])
+    unit, factor = SHOWN[channel]
+    figure, axes = canvas(1, 2, height=3.6, sharey=True)
+    for axis, label in zip(axes, ('before', 'after'), strict=True):
+        left = factor * np.concatenate([s.recorded - getattr(s, label) for s in mine])
+        band = 2.0 * factor * diagnosis.noise.get(channel, float('nan'))
+        if np.isfinite(band):
+            axis.axhspan(-band, band, color=RECORDED, alpha=0.12, linewidth=0, label='noise')
+        for phase, colour, name in ((heating, HEATING, 'drive on'), (~heating, COOLING, 'drive off')):
+            if not phase.any():
+                continue
+            few = thin(int(phase.sum()))
+            axis.plot(x[phase][few], left[phase][few], '.', color=colour, markersize=2, alpha=0.35)
+            axis.plot(*_means(x[phase], left[phase]), color=colour, linewidth=2.0, label=name)
+        rms = float(np.sqrt(np.mean(left**2)))
+        axis.set_title(f'{label}: RMSE {rms:.3g} {unit}', fontsize=10)
+        axis.set_xlabel(_DRIVERS[variable])
+    axes[0].set_ylabel(f'{channel}, recorded - model ({unit})')
+    axes[0].legend(fontsize=8, frameon=False)
+    save(figure, path)
+    return True
+
+
+def draw_loop(path: Path, diagnosis: Diagnosis) -> bool:
+    """Stroke (or force) over temperature, recorded and both models, over the last cycle of a recording."""
+    if not diagnosis.series:
+        return False
+    series = {s.channel: s for s in diagnosis.series[telling_recording(diagnosis)]}
+    moved = series.get('displacement') or series.get('force')
+    if moved is None:
+        return False
+    last = _last_cycle(moved)
+    measured = series.get('temperature')
+    figure, (axis,) = canvas(1, width=6.5, height=4.6)
+    for label, look in _LOOK.items():
+        if measured is not None:
+            warm = np.interp(moved.time, measured.time, getattr(measured, label))
+        else:
+            warm = moved.temperature
+        few = last[thin(last.size)]
+        axis.plot(
+            shown('temperature', warm[few]),
+            shown(moved.channel, getattr(moved, label)[few]),
+            label=label,
+            **look,
+        )
+    axis.set_xlabel(CHANNEL_AXIS['temperature'] + ('' if measured is not None else ', inferred'))
+    axis.set_ylabel(CHANNEL_AXIS[moved.channel])
+    axis.set_title(f'{moved.time[last[0]]:.0f} s to {moved.time[last[-1]]:.0f} s', fontsize=10)
+    axis.legend(fontsize=8, frameon=False)
+    save(figure, path)
+    return True
+
+
+def draw_ranking(path: Path, diagnosis: Diagnosis) -> bool:
+    """The candidates by what each gains; which were refitted, which were found, which cannot be told apart."""
+    ranking = sorted(diagnosis.ranking, key=lambda r: r.gain, reverse=True)[:_MOST_BARS]
+    if not ranking:
+        return False
+    found = {finding.effect: finding for finding in diagnosis.findings}
+    rivals = {other for finding in diagnosis.findings for other in finding.indistinguishable_from}
+    figure, (axis,) = canvas(1, width=8.0, height=0.9 + 0.3 * len(ranking))
+    for place, r in enumerate(ranking):
+        rival = r.effect in rivals and r.effect not in found
+        axis.barh(
+            place,
+            max(r.gain, 0.0),
+            height=0.7,
+            color=AFTER if rival or r.effect in found else OTHER,
+            alpha=1.0 if r.refitted else 0.4,
+            hatch='///' if rival else None,
+            edgecolor='white',
+            linewidth=0.0,
+        )
+        remark = ''
+        if r.effect in found:
+            remark = f'found, confidence {found[r.effect].confidence:.2f}'
+            if found[r.effect].indistinguishable_from:
+                remark += ', not alone'
+        elif r.effect in rivals:
+            remark = 'explains it as well'
+        elif not r.refitted:
+            remark = 'estimated'
+        axis.annotate(
+            f'{r.gain:.4g}   {remark}'.rstrip(),
+            (max(r.gain, 0.0), place),
+            xytext=(5, 0),
+            textcoords='offset points',
+            va='center',
+            fontsize=8,
+        )
+    axis.set_yticks(range(len(ranking)), [f'{plain(r.effect)} ({r.stage})' for r in ranking], fontsize=8)
+    axis.set_ylim(len(ranking) - 0.4, -0.6)
+    axis.set_xlim(0.0, 1.7 * max(*(r.gain for r in ranking), 1e-9))
+    axis.set_xlabel('gain: twice the log likelihood ratio')
+    axis.grid(visible=False, axis='y')
+    save(figure, path)
+    return True
+
+
+def draw_experiment(path: Path, diagnosis: Diagnosis) -> bool:
+    """What could not be told apart, and the current and load of the experiment that would decide."""
+    proposal = diagnosis.next_experiment
+    sets = [(f.effect, f.indistinguishable_from) for f in diagnosis.findings if f.indistinguishable_from]
+    if proposal is None:
+        return False
+    edges = np.concatenate([[0.0], np.cumsum([step.duration for step in proposal.steps])])
+    figure, (current, load) = canvas(2, height=1.9, sharex=True)
+    for axis, name, colour in ((current, 'current', DRIVE), (load, 'load', LOAD)):
+        levels = [getattr(step, name) for step in proposal.steps]
+        axis.step(edges, [*levels, levels[-1]], where='post', color=colour, linewidth=1.6)
+        axis.set_ylim(0.0, 1.15 * max(*levels, 1e-9))
+    current.set_ylabel('current (A)')
+    load.set_ylabel('load (N)')
+    load.set_xlabel(f'time (s); all of it {proposal.repeat} times' if proposal.repeat > 1 else 'time (s)')
+    load.set_xlim(0.0, float(edges[-1]))
+    first, second = (plain(name) for name in proposal.separates)
+    title = f'{first} or {second}? This decides with probability {percent(proposal.power)}'
+    if sets:
+        apart = '; '.join(f'{plain(name)} and {", ".join(map(plain, others))}' for name, others in sets)
+        title = f'Not told apart by the recordings: {apart}.\n{title}'
+    current.set_title(title, fontsize=10)
+    save(figure, path)
+    return True
+
+
+FIGURES = (
+    Figure(
+        'channels.png',
+        'Recorded (black), the recalibrated model before (orange) and after (blue) the findings; below each its '
+        'residual, with twice the noise in grey and the places of the misfit shaded.',
+        draw_channels,
+    ),
+    Figure(
+        'driver.png',
+        'The residual against what it goes with, drive on and off apart; lines are means.',
+        draw_driver,
+    ),
+    Figure('loop.png', 'One cycle over temperature: recorded, before and after.', draw_loop),
+    Figure(
+        'ranking.png',
+        'What each candidate gains. Full bars were refitted, pale ones are estimated by linear approximation; '
+        'hatched ones explain the data as well as what was found.',
+        draw_ranking,
+    ),
+    Figure('experiment.png', 'The experiment that would decide.', draw_experiment),
+)
+
+
+def telling_channel(diagnosis: Diagnosis) -> str:
+    """The channel that shows most: where the misfit was located, else where it is largest against the noise."""
+    recorded = {s.channel for series in diagnosis.series for s in series}
+    if diagnosis.location is not None and diagnosis.location.channel in recorded:
+        return diagnosis.location.channel
+
+    def size(channel: str) -> float:
+        return max(_misfit(diagnosis, s) for series in diagnosis.series for s in series if s.channel == channel)
+
+    return max(sorted(recorded), key=size)
+
+
+def telling_recording(diagnosis: Diagnosis) -> int:
+    """The recording in which that channel is furthest from the recalibrated model."""
+    channel = telling_channel(diagnosis)
+    sizes = [
+        max((_misfit(diagnosis, s) for s in series if s.channel == channel), default=-1.0)
+        for series in diagnosis.series
+    ]
+    return int(np.argmax(sizes))
+
+
+def thin(size: int, most: int = _MOST_POINTS) -> Places:
+    """Places of at most ``most`` of ``size`` points, evenly, both ends kept."""
+    return np.unique(np.linspace(0, size - 1, min(size, most)).astype(np.intp))
+
+
+def _misfit(diagnosis: Diagnosis, s: Series) -> float:
+    noise = diagnosis.noise.get(s.channel, float('nan'))
+    scale = noise if np.isfinite(noise) and noise > 0.0 else max(float(np.ptp(s.recorded)), 1e-12)
+    return float(np.sqrt(np.mean((s.recorded - s.before) ** 2))) / scale
+
+
+def _name(diagnosis: Diagnosis, k: int) -> str:
+    named = Path(diagnosis.recordings[k].path).name if k < len(diagnosis.recordings) else ''
+    return f'{named} (recording {k + 1} of {len(diagnosis.series)})' if len(diagnosis.series) > 1 else named
+
+
+def _switches(s: Series) -> Array:
+    """Instants at which the drive comes on."""
+    on = s.heating > 0.5
+    return np.asarray(s.time[1:][on[1:] & ~on[:-1]])
+
+
+def _window(diagnosis: Diagnosis, k: int) -> tuple[float, float]:
+    """All of a recording, or the cycles around its largest misfit where there are too many to see."""
+    s = max(diagnosis.series[k], key=lambda s: s.time.size)
+    start, end = float(s.time[0]), float(s.time[-1])
+    starts = _switches(s)
+    if starts.size <= _CYCLES_SHOWN:
+        return start, end
+    told = [a for owner, a, _ in diagnosis.location.intervals if owner == k] if diagnosis.location else []
+    first = int(np.clip(np.searchsorted(starts, told[0]) - 1 if told else 0, 0, starts.size - _CYCLES_SHOWN))
+    last = first + _CYCLES_SHOWN
+    return float(starts[first]), float(starts[last]) if last < starts.size else end
+
+
+def _line(s: Series, value: Array, start: float, end: float) -> tuple[Array, Array]:
+    """Time and value between two instants, thinned, interrupted where nothing was recorded."""
+    at = np.flatnonzero((s.time >= start) & (s.time <= end))
+    if at.size < 2:
+        return s.time[at], value[at]
+    gap = np.diff(s.time[at]) > _GAP * float(np.median(np.diff(s.time[at])))
+    few = np.union1d(thin(at.size), np.flatnonzero(gap))
+    after = np.searchsorted(few, np.flatnonzero(gap), side='right')
+    time, drawn = s.time[at][few], value[at][few]
+    return np.insert(time, after, time[np.maximum(after - 1, 0)]), np.insert(drawn, after, np.nan)
+
+
+# The recording is drawn broad, so that a model that meets it does not hide it.
+_LOOK: Mapping[str, dict[str, Any]] = {
+    'recorded': {'color': RECORDED, 'linewidth': 2.6, 'alpha': 0.8},
+    'before': {'color': BEFORE, 'linewidth': 1.1},
+    'after': {'color': AFTER, 'linewidth': 1.1},
+}
+_DRIVERS = {
+    'temperature': 'fibre temperature (degC)',
+    'rate': 'rate of temperature (K/s)',
+    'since_switch': 'time since the drive was switched (s)',
+    'elapsed': 'elapsed time (s)',
+    'displacement': 'contraction (mm)',
+}
+
+
+def _variable(diagnosis: Diagnosis) -> str:
+    """The driver that carries most, among those that can be drawn."""
+    told = []
+    if diagnosis.location is not None:
+        ordered = sorted(diagnosis.location.drivers, key=lambda d: d.share if np.isfinite(d.share) else 0.0)
+        told = [driver.variable for driver in reversed(ordered)]
+    if diagnosis.unexplained is not None:
+        told.append(diagnosis.unexplained.driver)
+    words = {'time since': 'since_switch', **{name: name for name in _DRIVERS}}
+    for variable in told:
+        for word, name in words.items():
+            if variable.startswith(word):
+                return name
+    return 'temperature'
+
+
+def _owners(diagnosis: Diagnosis, channel: str) -> list[tuple[Series, tuple[Series, ...]]]:
+    return [(s, series) for series in diagnosis.series for s in series if s.channel == channel]
+
+
+def _driver(s: Series, variable: str, series: tuple[Series, ...]) -> Array:
+    """The driver at the instants of a series, as people read it."""
+    if variable == 'rate':
+        return s.rate
+    if variable == 'elapsed':
+        return np.asarray(s.time - s.time[0])
+    if variable == 'since_switch':
+        changed = np.concatenate([[True], np.diff(s.heating > 0.5)])
+        return np.asarray(s.time - s.time[changed][np.cumsum(changed) - 1])
+    moved = next((other for other in series if other.channel == 'displacement'), None)
+    if variable == 'displacement' and moved is not None:
+        return shown('displacement', np.interp(s.time, moved.time, moved.recorded))
+    return shown('temperature', s.temperature)
+
+
+def _means(x: Array, y: Array) -> tuple[Array, Array]:
+    """Means of y over x in bins of about equal width, bins of few points left out."""
+    edges = np.linspace(float(x.min()), float(x.max()) + 1e-12, _BINS + 1)
+    place = np.clip(np.digitize(x, edges) - 1, 0, _BINS - 1)
+    count = np.bincount(place, minlength=_BINS)
+    kept = count >= 3
+    sums = [np.bincount(place, values, minlength=_BINS)[kept] / count[kept] for values in (x, y)]
+    return sums[0], sums[1]
+
+
+def _last_cycle(s: Series) -> Places:
+    """Places of the samples of the last whole cycle, of all where there is none."""
+    starts = _switches(s)
+    if starts.size < 2:
+        return np.arange(s.time.size)
+    return np.flatnonzero((s.time >= starts[-2]) & (s.time <= starts[-1]))

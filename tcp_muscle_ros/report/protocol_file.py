@@ -1,0 +1,101 @@
+"""What a diagnosis hands on as files: ``next_protocol.yaml`` to run next, ``improved.yaml`` to simulate with."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from tcp_muscle_ros.diagnosis.experiment import Holding
+from tcp_muscle_ros.diagnosis.findings import Diagnosis, Proposal, Value
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
+from tcp_muscle_ros.parameter_file import Value as Setting
+from tcp_muscle_ros.parameter_file import describe, number_text, write
+from tcp_muscle_ros.report.words import at_edge, interval_text, own_parameters, percent, plain
+
+
+def write_protocol(path: str | Path, proposal: Proposal, holding: Holding | None = None) -> None:
+    """Write a proposed experiment in the format that ``simulate`` and ``recording.protocol`` read.
+
+    ``holding``: what held the muscle in the recordings; gives the spring or the held length of such an end.
+    """
+    Path(path).write_text(render_protocol(proposal, holding), encoding='utf-8')
+
+
+def render_protocol(proposal: Proposal, holding: Holding | None = None) -> str:
+    """The text that ``write_protocol`` writes."""
+    first, second = proposal.separates
+    total = proposal.repeat * sum(step.duration for step in proposal.steps)
+    head = [
+        f'{plain(proposal.name)}: {total:.0f} s that separate {plain(first)} from {plain(second)}',
+        f'Expected to decide with probability {percent(proposal.power)}. {proposal.reason}',
+        'Record it and diagnose it together with the recordings so far.',
+    ]
+    lines = [f'# {" ".join(line.split())}' for line in head]
+    lines += [
+        f'rate_hz: {number_text(proposal.rate)}',
+        'input: current',
+        f'end: {proposal.end}',
+        *_end_options(proposal.end, holding),
+        f'load_n: {_short(proposal.steps[0].load)}  # the starting load: displacement is zero under it',
+        f'repeat: {proposal.repeat}',
+        'segments:',
+    ]
+    lines += [
+        f'  - {{duration_s: {_short(step.duration)}, value: {_short(step.current)}, load_n: {_short(step.load)}}}'
+        for step in proposal.steps
+    ]
+    return '\n'.join(lines) + '\n'
+
+
+def _end_options(end: str, holding: Holding | None) -> list[str]:
+    if holding is None or end == 'load':
+        return []
+    options = {'held_length_m': holding.held_length}
+    if end == 'spring':
+        options = {'spring_rate_n_per_m': holding.spring_rate, 'spring_rest_length_m': holding.spring_rest_length}
+    return [f'{name}: {_short(value)}' for name, value in options.items()]
+
+
+def _short(value: float) -> str:
+    return number_text(float(f'{value:.6g}'))
+
+
+def write_improved(path: str | Path, diagnosis: Diagnosis, operating: Mapping[str, Setting] | None = None) -> None:
+    """Write the muscle that sim_node and replay should use from now on, its intervals as comments.
+
+    ``operating``: what else stood in the parameter file that the diagnosis began with, written as it was.
+    """
+    muscle = physics_only(diagnosis.improved)
+    recordings = len(diagnosis.recordings)
+    heading = [
+        f'Improved by tcp_muscle diagnose from {recordings} recording{"s" if recordings != 1 else ""}.',
+        f'Verdict: {plain(diagnosis.verdict)}. {" ".join(diagnosis.headline.split())}',
+        'Intervals are 90 %. What concerns sensors or the start of a recording stays in report.json.',
+    ]
+    if diagnosis.partial:
+        heading.insert(1, 'The diagnosis was interrupted: these values are what was known by then.')
+    write(path, muscle, operating=operating, heading=heading, note=_note(diagnosis))
+
+
+def physics_only(parameters: Parameters) -> Parameters:
+    """The same muscle without effects of sensors, which belong to a rig and not to a muscle."""
+    kept = [name for name in parameters.effects if EFFECTS[name].stage != 'sensor']
+    return parameters.only_effects(kept)
+
+
+def _note(diagnosis: Diagnosis) -> Callable[[str], str]:
+    """The comment behind each parameter: its interval where the data gave one."""
+    fitted: dict[str, Value] = dict(diagnosis.calibration)
+    for finding in diagnosis.findings:
+        fitted |= {f'{finding.effect}.{name}': value for name, value in own_parameters(finding).items()}
+
+    def note(name: str) -> str:
+        value = fitted.get(name)
+        if value is None:
+            return describe(name)
+        row = SPECIFICATIONS[name]
+        said = f'{row.edge_unit}; {row.meaning}'
+        if not value.fixed:
+            return f'{said}; not fixed by the data'
+        bound = ', at its bound' if value.at_bound else ''
+        return f'{said}; 90 %: {interval_text(at_edge(name, value))}{bound}'
+
+    return note

@@ -1,0 +1,120 @@
+"""A diagnosis in at most twenty lines of the terminal."""
+
+from textwrap import shorten, wrap
+
+from tcp_muscle_ros.diagnosis.findings import Diagnosis, Finding
+from tcp_muscle_ros.muscle import SPECIFICATIONS
+from tcp_muscle_ros.report.report_json import PROTOCOL
+from tcp_muscle_ros.report.tables import table
+from tcp_muscle_ros.report.words import (
+    VERDICTS,
+    at_edge,
+    error_text,
+    interval_text,
+    number,
+    own_parameters,
+    percent,
+    plain,
+    range_text,
+)
+
+LINES, WIDTH = 20, 100
+_SENTENCE = 3  # lines of the headline
+_FINDINGS = 4  # lines of findings
+_CHANGED = 3  # parameters named
+
+
+def summary(diagnosis: Diagnosis, report: object = None) -> str:
+    """The outcome for the terminal: at most LINES lines, of WIDTH characters; ``report``: where all of it is."""
+    d = diagnosis
+    lines = wrap(d.headline, WIDTH, max_lines=_SENTENCE, placeholder=' ...')
+    partial = 'INTERRUPTED, partial ' if d.partial else ''
+    lines.append(f'{partial}verdict: {VERDICTS[d.verdict]} ({d.verdict})')
+    lines += [_recordings(d), *_location(d), *_findings(d), *_calibration(d), *_fit(d), *_unexplained(d)]
+    if d.not_testable:
+        lines.append('not testable here: ' + ', '.join(plain(n.effect) for n in d.not_testable))
+    if d.next_experiment:
+        first, second = (plain(name) for name in d.next_experiment.separates)
+        power = percent(d.next_experiment.power)
+        lines.append(f'next: {PROTOCOL} separates {first} from {second} with probability {power}')
+    lines = [shorten(line, WIDTH, placeholder=' ...') if len(line) > WIDTH else line for line in lines]
+    if report is not None:  # a path is never cut
+        lines.append(f'report: {report}')
+    return '\n'.join(lines)
+
+
+def _recordings(d: Diagnosis) -> str:
+    channels = sorted({name for r in d.recordings for name in r.channels})
+    issues = sum(len(r.issues) for r in d.recordings)
+    total = sum(r.duration for r in d.recordings)
+    count = f'{len(d.recordings)} recording{"s" if len(d.recordings) != 1 else ""}'
+    remarks = f'; {issues} remark{"s" if issues != 1 else ""} on their quality in the report' if issues else ''
+    return f'{count}, {total:.0f} s: {", ".join(channels)}{remarks}'
+
+
+def _location(d: Diagnosis) -> list[str]:
+    if d.location is None:
+        return []
+    where = f'where: {d.location.stage} stage, {d.location.channel}'
+    if d.location.phases:
+        where += f', {" and ".join(d.location.phases)}'
+    for driver in d.location.drivers:
+        longer = f'{where}; {percent(driver.share)} at {range_text(driver)}'
+        where = longer if len(longer) <= WIDTH else where
+    return [where]
+
+
+def _findings(d: Diagnosis) -> list[str]:
+    brief = len(d.findings) > _FINDINGS // 2  # one line each instead of two
+    lines = []
+    for place, finding in enumerate(d.findings[:_FINDINGS], 1):
+        name = f'{place}. {plain(finding.effect)} ({finding.stage}), confidence {finding.confidence:.2f}'
+        rivals = ', '.join(plain(other) for other in finding.indistinguishable_from)
+        told = f'not to be told from {rivals}' if rivals else 'singled out by the data'
+        if brief:
+            lines.append(f'{name}; {told}')
+        else:
+            lines += [f'{name}; {told}', f'   {_parameters(finding)}']
+    return lines
+
+
+def _parameters(finding: Finding) -> str:
+    return ', '.join(
+        f'{name} {number(v.value)} ({interval_text(v)}){"" if v.unit in ("", "1") else " " + v.unit}'
+        for name, v in own_parameters(finding).items()
+    )
+
+
+def _calibration(d: Diagnosis) -> list[str]:
+    """The parameters that moved most, in units of what their intervals allow."""
+
+    def moved(name: str) -> float:
+        v = d.calibration[name]
+        width = max(v.high - v.low, 1e-12 * max(abs(v.value), 1e-30))
+        return abs(v.value - v.nominal) / width if v.fixed and v.nominal == v.nominal else 0.0
+
+    muscle = [name for name in d.calibration if name in SPECIFICATIONS and moved(name) > 0.5]
+    names = sorted(muscle, key=moved, reverse=True)[:_CHANGED]
+    found = {name: at_edge(name, d.calibration[name]) for name in names}
+    told = [f'{name} {number(v.nominal)} -> {number(v.value)}' for name, v in found.items()]
+    told += [f'{plain(n)} {number(v.value)} {v.unit}'.strip() for n, v in list(d.sensors.items())[:_CHANGED]]
+    return [f'recalibrated: {", ".join(told)}'] if told else []
+
+
+def _fit(d: Diagnosis) -> list[str]:
+    if not d.fit:
+        return []
+    rows = [
+        [channel, *(error_text(channel, e) for e in (f.nominal, f.calibrated, f.improved, f.noise))]
+        for channel, f in d.fit.items()
+    ]
+    held_out = 'improved (held out)' if any(f.held_out for f in d.fit.values()) else 'improved'
+    lines = table(['RMSE', 'nominal', 'recalibrated', held_out, 'noise'], rows).splitlines()
+    return [lines[0], *lines[2:]]  # without the rule: lines are dear here
+
+
+def _unexplained(d: Diagnosis) -> list[str]:
+    if d.unexplained is None:
+        return []
+    u = d.unexplained
+    return [f'unexplained: {percent(u.share)} of the misfit, {u.stage} stage, {u.channel}, with {range_text(u)}']

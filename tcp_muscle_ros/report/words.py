@@ -1,0 +1,140 @@
+"""Numbers and names of a diagnosis as people read them: mm and mN, absolute temperatures in degC, few digits."""
+
+import re
+from dataclasses import replace
+from math import floor, isfinite, log10
+
+from tcp_muscle_ros.diagnosis.findings import Change, Driver, Finding, Unexplained, Value
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
+from tcp_muscle_ros.report.tables import SHOWN
+
+VERDICTS = {
+    'match': 'the simulation matches the recordings',
+    'wrong_parameters': 'the parameters are wrong, the physics is not',
+    'sensor_or_setup': 'a sensor or the set-up differs, not the muscle',
+    'missing_physics': 'physics is missing from the simulation',
+    'unexplained': 'something is missing that no listed effect explains',
+    'insufficient_data': 'the recordings cannot tell',
+}
+# Units of what a misfit may go with (SI inside); a temperature is absolute unless it is a rate.
+_DRIVER_UNITS = {
+    'temperature': 'K',
+    'rate': 'K/s',
+    'since_switch': 's',
+    'time since': 's',
+    'elapsed': 's',
+    'load': 'N',
+    'displacement': 'm',
+    'cycle': '',
+}
+_PER_RECORDING = re.compile(rf'^({AMBIENT}|{START})(?![\w.])')
+
+
+def is_absolute(name: str) -> bool:
+    """Whether a parameter or an unknown of a recording (``ambient [1]``) is an absolute temperature."""
+    row = SPECIFICATIONS.get(name)
+    return row.absolute if row is not None else bool(_PER_RECORDING.match(name))
+
+
+def at_edge(name: str, value: Value) -> Value:
+    """The value as files and people have it: an absolute temperature in degC, all else unchanged."""
+    if not is_absolute(name) or value.unit != 'K':
+        return value
+    return replace(
+        value,
+        **{key: round(getattr(value, key) - ZERO_CELSIUS, 9) for key in ('value', 'low', 'high', 'nominal')},
+        unit='degC',
+    )
+
+
+def own_parameters(finding: Finding) -> dict[str, Value]:
+    """A finding's parameters under their short names (``J``, not ``creep.J``), at the edge."""
+    prefix = f'{finding.effect}.'
+    return {
+        name.removeprefix(prefix): at_edge(prefix + name.removeprefix(prefix), value)
+        for name, value in finding.parameters.items()
+    }
+
+
+def driver_unit(variable: str) -> str:
+    """The SI unit of what a misfit goes with, by the word that its name begins with."""
+    return next((unit for word, unit in _DRIVER_UNITS.items() if variable.startswith(word)), '')
+
+
+def driver_range(found: Driver | Unexplained) -> tuple[float, float, str]:
+    """Low, high and unit at the edge of the range of a driver in which a misfit lives."""
+    variable, unit = (found.variable, found.unit) if isinstance(found, Driver) else (found.driver, '')
+    unit = unit or driver_unit(variable)
+    if variable.startswith('temperature') and unit == 'K':
+        return found.low - ZERO_CELSIUS, found.high - ZERO_CELSIUS, 'degC'
+    return found.low, found.high, unit
+
+
+def plain(name: str) -> str:
+    """An effect, verdict or stage as words."""
+    return name.replace('_', ' ')
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Few digits, never NaN: ``-`` where there is none."""
+    if not isfinite(value):
+        return '-'
+    if value != 0.0 and 1e-3 <= abs(value) < 1e6:
+        return f'{value:.{max(0, digits - 1 - floor(log10(abs(value))))}f}'
+    return f'{value:.{digits}g}'
+
+
+def _beside(value: float, low: float, high: float) -> int:
+    """How many digits of a value its interval leaves worth reading: two of the interval's width."""
+    width = high - low
+    if not (isfinite(width) and width > 0.0) or value == 0.0:
+        return 3
+    return min(max(2 + floor(log10(abs(value))) - floor(log10(width)), 2), 6)
+
+
+def value_text(value: Value) -> str:
+    """``0.100 (0.092 to 0.108) N/m``: a value with its 90 % interval and unit (none for a pure number)."""
+    digits = _beside(value.value, value.low, value.high)
+    unit = f' {value.unit}' if value.unit not in ('', '1') else ''
+    if not (isfinite(value.low) and isfinite(value.high)):
+        return f'{number(value.value, digits)}{unit}'
+    return f'{number(value.value, digits)} ({interval_text(value)}){unit}'
+
+
+def interval_text(value: Value) -> str:
+    """``0.092 to 0.108``."""
+    digits = _beside(value.value, value.low, value.high)
+    return f'{number(value.low, digits)} to {number(value.high, digits)}'
+
+
+def error_text(channel: str, rmse: float, *, unit: bool = True) -> str:
+    """A root mean square error of a channel: ``1.90 mm``."""
+    name, factor = SHOWN.get(channel, ('', 1.0))
+    text = number(rmse * factor)
+    return f'{text} {name}'.strip() if unit and text != '-' else text
+
+
+def change_text(channel: str, change: Change) -> str:
+    """``1.90 to 0.20 mm``."""
+    return f'{error_text(channel, change.before, unit=False)} to {error_text(channel, change.after)}'
+
+
+def range_text(found: Driver | Unexplained) -> str:
+    """``temperature 45 to 80 degC``."""
+    low, high, unit = driver_range(found)
+    variable = found.variable if isinstance(found, Driver) else found.driver
+    if not (isfinite(low) and isfinite(high)):
+        return plain(variable)
+    return f'{plain(variable)} {number(low, 2)} to {number(high, 2)} {unit}'.strip()
+
+
+def percent(share: float) -> str:
+    """A share as per cent, ``-`` where there is none."""
+    return f'{100.0 * share:.0f} %' if isfinite(share) else '-'
+
+
+def meaning(effect: str, parameter: str) -> str:
+    """What a parameter of an effect is, from the one table."""
+    rows = EFFECTS[effect].parameters if effect in EFFECTS else ()
+    return next((row.meaning for row in rows if row.name == parameter), '')
