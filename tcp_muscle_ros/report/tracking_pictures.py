@@ -5,11 +5,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from tcp_muscle_ros.control.offline import Run, Sensors, run
-from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Parameters
+from tcp_muscle_ros.muscle import Muscle, Parameters
+from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.report import control_study as study
-from tcp_muscle_ros.report.style import DRIVE, IMPROVED, PREDICTED, RECORDED, SETPOINT, canvas, save
+from tcp_muscle_ros.report.style import (
+    CHANNEL_AXIS,
+    DRIVE,
+    IMPROVED,
+    PREDICTED,
+    RECORDED,
+    SETPOINT,
+    canvas,
+    save,
+    shown,
+)
 
 _COLOUR = {'model': IMPROVED, 'pid': PREDICTED}
 _NAME = {'model': 'model inverse with observer', 'pid': 'plain PID'}
@@ -68,30 +80,24 @@ def draw_control(model: Parameters, path: str | Path) -> None:
     save(figure, path)
 
 
-def draw_followed(
-    time: np.ndarray,
-    setpoint: np.ndarray,
-    displacement: np.ndarray,
-    temperature: np.ndarray,
-    current: np.ndarray,
-    path: str | Path,
-    *,
-    title: str,
-    current_limit: float,
-) -> None:
-    """Setpoint and displacement (m), temperature (K), current (A) over time (s), all of shape (n,)."""
+def draw_followed(recording: Recording, path: str | Path, *, title: str, current_limit: float, until: float) -> None:
+    """A recorded session up to ``until`` (s): setpoint and displacement, temperature, current with its limit (A)."""
     figure, (followed, warm, driven) = canvas(3, height=2.3, sharex=True)
-    followed.plot(time, 1e3 * setpoint, color=RECORDED, lw=1.4, ls='--', label='setpoint')
-    followed.plot(time, 1e3 * displacement, color=IMPROVED, lw=1.8, label='measured')
-    followed.set_ylabel('contraction (mm)')
-    followed.set_title(title, loc='left', fontsize=11)
-    followed.legend(loc='upper right', ncols=2, fontsize=9, frameon=False)
-    warm.plot(time, temperature - ZERO_CELSIUS, color=PREDICTED, lw=1.6)
-    warm.set_ylabel('temperature (degC)')
+
+    def line(axis: Axes, name: str, **style: Any) -> None:
+        channel = recording[name]
+        kind = 'displacement' if name == 'displacement_setpoint' else name
+        axis.plot(channel.time, shown(kind, channel.value), **style)
+        axis.set_ylabel(CHANNEL_AXIS[kind])
+
+    line(followed, 'displacement', color=IMPROVED, lw=2.0, label='measured')
+    line(followed, 'displacement_setpoint', color=RECORDED, lw=1.2, ls='--', label='setpoint')
+    line(warm, 'temperature', color=PREDICTED, lw=1.0)
+    line(driven, 'current', color=DRIVE, lw=1.0, drawstyle='steps-post')
     driven.axhline(current_limit, color=RECORDED, lw=0.9, ls=':')
-    driven.annotate(
-        'limit', (time[-1], current_limit), xytext=(0, 2), textcoords='offset points', ha='right', fontsize=8
-    )
-    driven.plot(time, current, color=DRIVE, lw=1.4, drawstyle='steps-post')
-    driven.set(ylabel='current (A)', xlabel='time (s)', xlim=(float(time[0]), float(time[-1])))
+    beside: dict[str, Any] = {'xytext': (-4, 2), 'textcoords': 'offset points', 'ha': 'right', 'fontsize': 8}
+    driven.annotate('current limit', (until, current_limit), **beside)
+    driven.set(xlabel='time (s)', xlim=(0.0, until), ylim=(-0.01, 1.15 * current_limit))
+    followed.set_title(title, loc='left', fontsize=11)
+    followed.legend(loc='upper right', fontsize=9, frameon=False)
     save(figure, path)

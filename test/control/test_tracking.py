@@ -303,6 +303,16 @@ def test_noise_is_found_whatever_the_signal_does():
         assert noise.deviation == pytest.approx(deviation, rel=0.3)
 
 
+def test_a_path_whose_points_come_unevenly_is_smooth():
+    chance = np.random.default_rng(2)
+    slope, due = Slope(0.01), 0.0
+    speeds = []
+    for k in range(500):  # 100 setpoints a second, each up to 10 ms late: some periods see two, some none
+        due = max(due, 0.01 * k - 0.01 * chance.random())
+        speeds.append(slope.update(0.02 * (due // 0.01) * 0.01))
+    assert np.abs(np.array(speeds[50:]) - 0.02).max() < 0.003
+
+
 def test_the_slope_of_a_path_and_of_a_step():
     slope = Slope(0.01)
     path = [slope.update(0.001 * (k // 5)) for k in range(100)]  # setpoints at 20 Hz, 20 mm/s
