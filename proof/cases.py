@@ -8,7 +8,7 @@ import numpy as np
 
 from proof.protocols import Lab, draw_lab, experiment, plan
 from proof.recordings import Noise, draw_noise
-from proof.truth import EFFECTS, Bench, Body, Concealed, Experiment, conceal, draw_body
+from proof.truth import EFFECTS, Bench, Body, Concealed, Experiment, Signals, conceal, draw_body, observe
 
 SUITES = {'development': 0, 'sealed': 1}  # the number of the form that an effect takes
 FULL = {'single': 120, 'double': 60, 'triple': 20, 'null': 100, 'decoy': 80, 'unlisted': 20, 'ambiguous': 30}
@@ -29,16 +29,13 @@ DECOYS = ('wrong_parameters', 'coloured_noise', *SENSORS)
 
 # Pairs that the given experiments cannot tell apart: (one, the other, experiments, channels that are missing).
 AMBIGUOUS: tuple[tuple[str, str, tuple[str, ...], tuple[str, ...]], ...] = (
-    ('heat_capacity', 'latent_heat', ('paper', 'paper'), ()),
+    ('heat_capacity', 'latent_heat', ('repeat', 'repeat'), ()),
     ('natural_convection', 'radiation', ('repeat', 'repeat'), ()),
+    ('exposed_area', 'natural_convection', ('one_load', 'one_load'), ()),
     ('resistance_strain', 'tcr_curvature', ('one_load', 'one_load'), ()),
     ('viscous_flow', 'torsional_leakage', ('one_load', 'one_load'), ()),
-    ('viscous_flow', 'displacement_drift', ('repeat', 'repeat'), ()),
     ('hysteresis', 'friction', ('one_load', 'one_load'), ()),
-    ('load_stroke', 'geometric_stiffening', ('hold_loads', 'paper'), ()),
-    ('exposed_area', 'natural_convection', ('one_load', 'one_load'), ()),
-    ('ambient_drift', 'airflow', ('steady', 'steady'), ()),
-    ('shear_softening', 'cte_kink', ('one_load', 'one_load'), ()),
+    ('thermocouple_lag', 'clock_skew', ('rates', 'rates'), ()),
 )
 
 
@@ -48,6 +45,7 @@ class Case:
 
     name: str
     kind: str
+    what: str  # the effect, decoy or pair that was asked for
     seed: list[int]
     lab: Lab
     bench: Bench
@@ -70,6 +68,14 @@ class Case:
             if concealed.effect != effect:
                 concealed.change(bench)
         return bench
+
+
+def signals_of(case: Case, bench: Bench | None = None) -> list[Signals]:
+    """What ideal instruments would have shown in each recording of a case (or of another bench in its place)."""
+    signals: list[Signals] = []
+    for k, done in enumerate(case.experiments):
+        signals.append(observe(bench or case.bench, done, k, signals[-1].dose if signals else 0.0))
+    return signals
 
 
 def composition(suite: str, cases: int, seed: int) -> list[tuple[str, str]]:
@@ -125,6 +131,7 @@ def make_case(suite: str, seed: int, number: int, kind: str, what: str) -> Case:
     return Case(
         name=f'case_{number:04d}',
         kind=kind,
+        what=what,
         seed=seeds,
         lab=lab,
         bench=bench,
@@ -196,13 +203,15 @@ def _channels(rng: np.random.Generator, names: list[str]) -> tuple[str, ...]:
 def _ambiguous(name: str, seeds: list[int], rng: np.random.Generator, lab: Lab, which: int, form: int) -> Case:
     one, other, protocols, missing = AMBIGUOUS[which // 2]
     hidden, partner = (one, other) if which % 2 == 0 else (other, one)
-    concealed = conceal(hidden, float(rng.uniform(0.35, 0.7)), form, lab.body, rng)
+    weak = hidden in ('radiation', 'tcr_curvature', 'resistance_strain')
+    concealed = conceal(hidden, float(rng.uniform(0.7, 1.0) if weak else rng.uniform(0.3, 0.6)), form, lab.body, rng)
     bench = Bench.of(lab.body)
     concealed.change(bench)
     stage = EFFECTS[hidden].stage
     return Case(
         name=name,
         kind='ambiguous',
+        what=str(which),
         seed=seeds,
         lab=lab,
         bench=bench,

@@ -20,34 +20,39 @@ from typing import Any
 
 import numpy as np
 
-from proof.cases import SUITES, Case, composition, make_case
+from proof.cases import SUITES, Case, composition, make_case, signals_of
+from proof.protocols import experiment
 from proof.recordings import START_NS, instrument, write
-from proof.truth import Bench, Signals, observe
+from proof.truth import Experiment, Signals, observe
+from proof.visibility import visibility
 
 
-def signals_of(case: Case, bench: Bench | None = None) -> list[Signals]:
-    """What ideal instruments would have shown in each recording of a case."""
-    signals, dose = [], 0.0
-    for k, experiment in enumerate(case.experiments):
-        signals.append(observe(bench or case.bench, experiment, k, dose))
-        dose = signals[-1].dose
-    return signals
+def write_recording(case: Case, k: int, experiment: Experiment, signal: Signals, directory: Path) -> Path:
+    """Write recording number k of a case as a bag."""
+    rng = case.rng(k)
+    channels = [c for c in case.channels if not (experiment.blocked and c == 'displacement')]
+    if experiment.blocked:
+        channels.append('force')
+    found = instrument(signal, experiment, case.noise, channels, rng)
+    variance = round(case.noise['temperature'].sigma ** 2, 3)
+    start_ns = START_NS + case.seed[-1] * 86_400_000_000_000 + k * 3_600_000_000_000  # a case a day, one an hour
+    path = directory / case.name / f'recording_{k}'
+    write(path, experiment, found, variance, start_ns, rng)
+    return path
 
 
-def write_case(case: Case, directory: Path) -> dict[str, Any]:
-    """Write the recordings of a case; its label."""
+def write_case(case: Case, directory: Path, held_out: Path | None = None) -> dict[str, Any]:
+    """Write the recordings of a case, one more into held_out where that is wanted; its label."""
     signals = signals_of(case)
     folder = directory / case.name
     folder.mkdir(parents=True)
-    start_ns = START_NS + case.seed[-1] * 86_400_000_000_000
-    for k, (experiment, signal) in enumerate(zip(case.experiments, signals, strict=True)):
-        rng = case.rng(k)
-        channels = [c for c in case.channels if not (experiment.blocked and c == 'displacement')]
-        if experiment.blocked:
-            channels.append('force')
-        found = instrument(signal, experiment, case.noise, channels, rng)
-        variance = round(case.noise['temperature'].sigma ** 2, 3)
-        write(folder / f'recording_{k}', experiment, found, variance, start_ns + k * 3_600_000_000_000, rng)
+    for k, (done, signal) in enumerate(zip(case.experiments, signals, strict=True)):
+        write_recording(case, k, done, signal, directory)
+    if held_out:
+        (held_out / case.name).mkdir(parents=True)
+        k = len(case.experiments)
+        unseen = experiment(case.lab, 'paper', case.rng(900))
+        write_recording(case, k, unseen, observe(case.bench, unseen, k, signals[-1].dose), held_out)
     if case.nominal:
         lines = ['/**:', '  ros__parameters:', *(f'    {name}: {value!r}' for name, value in case.nominal.items())]
         (folder / 'parameters.yaml').write_text('\n'.join(lines) + '\n', encoding='utf-8')
@@ -60,32 +65,49 @@ def label(case: Case, signals: list[Signals]) -> dict[str, Any]:
     return {
         'case': case.name,
         'kind': case.kind,
+        'what': case.what,
+        'number': case.seed[-1],
         'effects': [
-            {'effect': c.effect, 'stage': c.stage, 'form': c.form, 'strength': c.strength, 'values': c.values}
-            for c in case.concealed
+            {
+                'effect': c.effect,
+                'stage': c.stage,
+                'form': c.form,
+                'strength': c.strength,
+                'values': c.values,
+                'visibility': seen,
+            }
+            for c, seen in zip(case.concealed, visibility(case, signals), strict=True)
         ],
         'verdicts': list(case.verdicts),
         'partner': case.partner,
         'nominal': case.nominal,
         'parameters': {name: getattr(body, name) for name in ('R0', 'a_R', 'C', 'hA', 'k0', 'H0', 'B')},
         'ambient': case.lab.ambient,
+        'noise': {name: case.noise[name].sigma for name in case.channels},
         'experiments': [experiment.name for experiment in case.experiments],
         'hottest': max(float(signal.fibre.max()) for signal in signals),
     }
 
 
-def _one(numbered: tuple[int, tuple[str, str]], suite: str, seed: int, directory: Path) -> dict[str, Any]:
+def _one(
+    numbered: tuple[int, tuple[str, str]], suite: str, seed: int, directory: Path, held_out: Path | None
+) -> dict[str, Any]:
     number, (kind, what) = numbered
-    return write_case(make_case(suite, seed, number, kind, what), directory)
+    return write_case(make_case(suite, seed, number, kind, what), directory, held_out)
 
 
-def generate(suite: str, cases: int, seed: int, directory: Path, labels: Path, jobs: int = 2) -> str:
+def generate(
+    suite: str, cases: int, seed: int, directory: Path, labels: Path, jobs: int = 2, held_out: Path | None = None
+) -> str:
     """Write a suite; the SHA-256 of its labels."""
-    if directory.exists():
-        shutil.rmtree(directory)
+    for folder in (directory, held_out):
+        if folder and (folder.is_dir() and not (folder / 'SEAL').is_file() and any(folder.iterdir())):
+            raise SystemExit(f'{folder}: not empty and not a suite: choose another place')
+        if folder and folder.exists():
+            shutil.rmtree(folder)
     directory.mkdir(parents=True)
     wanted = list(enumerate(composition(suite, cases, seed)))
-    work = partial(_one, suite=suite, seed=seed, directory=directory)
+    work = partial(_one, suite=suite, seed=seed, directory=directory, held_out=held_out)
     if jobs == 1:
         found = [work(item) for item in wanted]
     else:
@@ -94,7 +116,10 @@ def generate(suite: str, cases: int, seed: int, directory: Path, labels: Path, j
     text = json.dumps({'suite': suite, 'seed': seed, 'cases': found}, indent=1, default=_plain)
     labels.write_text(text + '\n', encoding='utf-8')
     seal = hashlib.sha256(labels.read_bytes()).hexdigest()
-    (directory / 'SEAL').write_text(f'{seal}  labels of the suite {suite}, {len(found)} cases\n', encoding='utf-8')
+    for folder in (directory, held_out):
+        if folder:
+            line = f'{seal}  labels of the suite {suite}, {len(found)} cases\n'
+            (folder / 'SEAL').write_text(line, encoding='utf-8')
     return seal
 
 
@@ -112,11 +137,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--output', type=Path, required=True)
     parser.add_argument('--labels', type=Path, help='default: OUTPUT.labels.json')
+    parser.add_argument('--held-out', type=Path, help='for one more recording of each case')
     parser.add_argument('--jobs', type=int, default=2)
     chosen = parser.parse_args(arguments)
     labels = chosen.labels or chosen.output.with_name(chosen.output.name + '.labels.json')
     start = time.perf_counter()
-    seal = generate(chosen.suite, chosen.cases, chosen.seed, chosen.output, labels, chosen.jobs)
+    seal = generate(chosen.suite, chosen.cases, chosen.seed, chosen.output, labels, chosen.jobs, chosen.held_out)
     print(f'SHA-256 of the labels: {seal}')
     print(f'cases in {chosen.output}, labels in {labels}, {time.perf_counter() - start:.1f} s')
     return 0

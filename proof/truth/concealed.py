@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from proof.truth.bench import Bench
-from proof.truth.body import Body
+from proof.truth.body import Body, free_change, modulus_ratio
+
+HOT = 80.0  # degC, where strengths are quoted
 
 Change = Callable[[Bench], None]
 
@@ -86,3 +88,9 @@ def conceal(name: str, strength: float, form: int, body: Body, rng: np.random.Ge
     form %= len(entry.forms)
     values, change = entry.draw(Draw(rng, strength, form, body))
     return Concealed(name, entry.stage, entry.forms[form], strength, values, change)
+
+
+def reached(d: Draw, load: float) -> float:
+    """The length of the plain muscle at HOT under a load in N, m."""
+    hot = np.array([HOT])
+    return float(d.body.H0 + free_change(d.body, hot)[0] + load / (d.body.k0 * modulus_ratio(hot)[0]))

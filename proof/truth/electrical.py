@@ -4,7 +4,7 @@ import numpy as np
 from scipy.stats import norm
 
 from proof.truth.bench import Bench
-from proof.truth.concealed import Draw, Outcome, effect
+from proof.truth.concealed import Draw, Outcome, effect, reached
 from proof.truth.plant import H_GRID, T_GRID
 
 
@@ -28,7 +28,7 @@ def resistance_strain(d: Draw) -> Outcome:
 def contact_shorting(d: Draw) -> Outcome:
     """Coils that touch bridge the wire: the share that touches follows the distribution of the gaps."""
     share, width = d.between(0.015, 0.30), d.any(0.003, 0.008)
-    at = d.any(0.085, 0.100)
+    at = float(np.clip(reached(d, 0.2) + d.any(0.002, 0.010), 0.084, 0.130))
     if d.form == 0:
         touching = norm.cdf((at - H_GRID) / width)
     else:
@@ -64,7 +64,7 @@ def resistance_drift(d: Draw) -> Outcome:
     rate = d.between(0.002, 0.02)
     if d.form == 0:
         return {'rate': rate}, lambda b: b.set(ageing=1, ageing_rate=rate)
-    return {'rate': rate / 2.0}, lambda b: b.set(ageing=2, ageing_rate=rate / 2.0)
+    return {'rate': rate}, lambda b: b.set(ageing=2, ageing_rate=rate)
 
 
 @effect('supply_lag', 'electrical', ('two_poles', 'slew_limit'), ('prbs', 'paper', 'prbs'))

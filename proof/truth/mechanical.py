@@ -5,11 +5,9 @@ from scipy.interpolate import PchipInterpolator
 from scipy.special import expit
 
 from proof.truth.bench import Bench
-from proof.truth.body import free_change, modulus_ratio
-from proof.truth.concealed import Draw, Outcome, effect
+from proof.truth.body import free_change
+from proof.truth.concealed import HOT, Draw, Outcome, effect, reached
 from proof.truth.plant import D_GRID, F_GRID, H_GRID, KELVIN, T_GRID, Array
-
-HOT = 80.0  # degC, where strengths are quoted
 
 
 @effect('creep', 'mechanical', ('kelvin_chain', 'stretched'), ('paper', 'load_steps_cold', 'load_steps_hot', 'hold'))
@@ -147,19 +145,13 @@ def cte_kink(d: Draw) -> Outcome:
 def coil_contact(d: Draw) -> Outcome:
     """Coils touch one after the other and push back: gaps of many sizes, or a barrier that steepens."""
     # Stronger = touching earlier: from just before full contraction to a third of the stroke lost.
-    at = reached(d, 0.30) + d.between(0.0015, 0.022)
+    at = reached(d, 0.15) + d.between(0.001, 0.024) - 0.002
     if d.form == 0:
         gaps = at + d.any(0.001, 0.0035) * np.linspace(-1.7, 1.7, 35)
         push = 400.0 * np.maximum(gaps[:, None] - H_GRID[None, :], 0.0).mean(axis=0) * 2.0
     else:
         push = 0.9 * d.any(0.0008, 0.002) * 400.0 * np.logaddexp(0.0, (at - H_GRID) / 0.0015)
     return {'at': at}, lambda b: b.set(stop=push)
-
-
-def reached(d: Draw, load: float) -> float:
-    """The length at 80 degC under a load in N, m."""
-    hot = np.array([HOT])
-    return float(d.body.H0 + free_change(d.body, hot)[0] + load / (d.body.k0 * modulus_ratio(hot)[0]))
 
 
 @effect('slack', 'mechanical', ('soft_dead_zone', 'loop_of_thread'), ('paper_light', 'light_hot', 'staircase'))
@@ -218,7 +210,7 @@ def friction(d: Draw) -> Outcome:
 @effect('torsional_leakage', 'mechanical', ('slips', 'slow_turn'), ('hold', 'paper', 'repeat'))
 def torsional_leakage(d: Draw) -> Outcome:
     """The end turns: sudden slips, or slowly towards what load and heat ask for."""
-    size, seed = d.between(0.0003, 0.004), d.seed()
+    size, seed = d.between(0.0002, 0.0025), d.seed()
     if d.form == 1:
         tau = d.any(40.0, 150.0)
         return {'size': size, 'tau': tau}, lambda b: b.set(twist=size, twist_tau=tau)
@@ -280,7 +272,7 @@ def current_stroke(d: Draw) -> Outcome:
 @effect('self_resonance', 'mechanical', ('slow_swing',), ('paper', 'prbs'), listed=False)
 def self_resonance(d: Draw) -> Outcome:
     """Load and muscle swing slowly at every change of pace."""
-    share = d.between(0.1, 0.8)
+    share = d.between(0.2, 1.5)
     pace, damping = d.any(1.5, 3.5), d.any(0.03, 0.10)
 
     def change(b: Bench) -> None:

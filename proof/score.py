@@ -1,0 +1,327 @@
+"""Open the sealed labels and score the reports of a diagnosis against them.
+
+python -m proof.score DIR REPORTS --labels LABELS [--json FILE] [--log FILE]
+
+DIR is what proof.generate wrote (its SEAL is checked), REPORTS has <case>/report.json in the schema tcp_muscle_ros/diagnosis-1.
+A case without a report counts as a failure wherever it should have been solved. Every scoring of a sealed suite is
+appended to the log.
+"""
+
+import argparse
+import hashlib
+import json
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+LOG = Path(__file__).parent / 'sealed_runs.jsonl'
+ALIKE = 0.85  # likeness from which a pair is taken as truly ambiguous
+PEAKS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, np.inf)  # bins of the power curve, in noise units
+
+
+def wilson(hits: int, n: int, z: float = 1.96) -> tuple[float, float]:
+    """The 95 % interval of a rate."""
+    if n == 0:
+        return 0.0, 1.0
+    p = hits / n
+    centre = (p + z**2 / (2 * n)) / (1 + z**2 / n)
+    half = z / (1 + z**2 / n) * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    return float(max(0.0, centre - half)), float(min(1.0, centre + half))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A label and what was reported for it."""
+
+    label: dict[str, Any]
+    report: dict[str, Any] | None
+
+    @property
+    def verdict(self) -> str:
+        """As reported."""
+        return str((self.report or {}).get('verdict', 'no report'))
+
+    @property
+    def findings(self) -> list[dict[str, Any]]:
+        """All of them, strongest first."""
+        return list((self.report or {}).get('findings') or [])
+
+    @property
+    def physics(self) -> list[dict[str, Any]]:
+        """Those that claim physics of the muscle, not a fault of the set-up."""
+        return [finding for finding in self.findings if finding.get('stage') != 'sensor']
+
+    @property
+    def truth(self) -> list[str]:
+        """The effects that are there and can be seen."""
+        return [e['effect'] for e in self.label['effects'] if e['visibility']['detectable']]
+
+    @property
+    def peak(self) -> float:
+        """The strongest 10 s of the weakest effect, in noise units."""
+        return min((max(e['visibility']['peak'].values()) for e in self.label['effects']), default=0.0)
+
+    @property
+    def stages(self) -> set[str]:
+        """The true ones."""
+        return {e['stage'] for e in self.label['effects']}
+
+    def stage(self) -> str:
+        """The stage that the report points to first."""
+        if self.findings:
+            return str(self.findings[0].get('stage'))
+        location = (self.report or {}).get('location') or (self.report or {}).get('unexplained') or {}
+        return str(location.get('stage'))
+
+
+def named(finding: dict[str, Any]) -> set[str]:
+    """The set that a finding stands for."""
+    return {str(finding.get('effect')), *(str(n) for n in finding.get('indistinguishable_from') or [])}
+
+
+def matched(findings: Sequence[dict[str, Any]], truth: Sequence[str]) -> bool:
+    """Is there exactly one finding for each true effect, each true effect in the set of its own finding?"""
+    if len(findings) != len(truth):
+        return False
+    if not truth:
+        return True
+    return any(
+        matched([*findings[:k], *findings[k + 1 :]], truth[1:])
+        for k, finding in enumerate(findings)
+        if truth[0] in named(finding)
+    )
+
+
+def gap_closed(answer: Answer) -> float | None:
+    """The share of the way from the recalibrated model to the noise that the improved one went, in its worst channel."""
+    best: tuple[float, float] | None = None
+    for channel, fit in ((answer.report or {}).get('fit') or {}).items():
+        noise = answer.label['noise'].get(channel)
+        before, after = fit.get('rmse_calibrated'), fit.get('rmse_improved')
+        if noise is None or before is None or after is None or before < 1.1 * noise:
+            continue
+        misfit = before / noise
+        if best is None or misfit > best[0]:
+            best = misfit, (before - after) / (before - noise)
+    return best[1] if best else None
+
+
+def read(directory: Path, reports: Path, labels: Path) -> tuple[dict[str, Any], list[Answer]]:
+    """The labels, if they are those that were sealed, with the reports."""
+    seal = (directory / 'SEAL').read_text(encoding='utf-8').split()[0]
+    found = hashlib.sha256(labels.read_bytes()).hexdigest()
+    if found != seal:
+        raise SystemExit(f'{labels}: SHA-256 {found} is not that of {directory / "SEAL"}: {seal}')
+    suite = json.loads(labels.read_text(encoding='utf-8'))
+    answers = []
+    for label in suite['cases']:
+        path = reports / label['case'] / 'report.json'
+        report = json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
+        answers.append(Answer(label, report))
+    return {'suite': suite['suite'], 'seed': suite['seed'], 'seal': seal}, answers
+
+
+Row = dict[str, Any]
+
+
+def rate(name: str, aim: str, answers: Iterable[Answer], hit: Callable[[Answer], bool]) -> Row:
+    """A row of the table: how often, out of how many, with its interval."""
+    results = [hit(answer) for answer in answers]
+    hits, n = sum(results), len(results)
+    low, high = wilson(hits, n)
+    return {'score': name, 'aim': aim, 'value': hits / n if n else None, 'hits': hits, 'n': n, 'low': low, 'high': high}
+
+
+def number(name: str, aim: str, values: Sequence[float], summary: Callable[[Sequence[float]], float]) -> Row:
+    """A row with a summary of numbers."""
+    return {'score': name, 'aim': aim, 'value': float(summary(values)) if values else None, 'n': len(values)}
+
+
+def scores(answers: Sequence[Answer]) -> list[Row]:
+    """The figures that the diagnosis aims at."""
+    of = {kind: [a for a in answers if a.label['kind'] == kind] for kind in ('single', 'double', 'triple', 'null')}
+    decoys = [a for a in answers if a.label['kind'] == 'decoy']
+    unlisted = [a for a in answers if a.label['kind'] == 'unlisted' and a.truth]
+    pairs = [a for a in answers if a.label['kind'] == 'ambiguous']
+    alike = [a for a in pairs if a.truth and a.label['effects'][0]['visibility'].get('likeness', 0.0) >= ALIKE]
+    seen = [a for a in of['single'] if a.truth]
+    unseen = [a for a in of['single'] if not a.truth]
+    two = [a for a in of['double'] if len(a.truth) == 2]
+    three = [a for a in of['triple'] if len(a.truth) == 3]
+    solved = [a for a in seen if a.findings and a.label['effects'][0]['effect'] in named(a.findings[0])]
+    gaps = [g for a in [*seen, *two, *three] if (g := gap_closed(a)) is not None]
+    inside = [i for a in [*of['null'], *decoys, *solved] if a.label['kind'] != 'decoy' or a.physics == []
+              for i in covered(a)]  # fmt: skip
+    return [
+        rate('reports written', '100 %', answers, lambda a: a.report is not None),
+        rate('false physics on nulls', '<= 2 %', of['null'], lambda a: bool(a.physics)),
+        rate('decoys named as physics', '<= 3 %', decoys, lambda a: bool(a.physics)),
+        rate('verdict right on decoys', '', decoys, lambda a: a.verdict in a.label['verdicts']),
+        rate('stage right, singles', '>= 98 %', seen, lambda a: a.stage() in a.stages),
+        rate('single named first', '>= 90 %', seen, lambda a: bool(a.findings) and a.findings[0]['effect'] in a.truth),
+        rate('single in the reported set', '>= 97 %', seen, lambda a: a in solved),
+        rate('single, nothing else named', '', seen, lambda a: matched(a.findings, a.truth)),
+        number('mean size of the set', '<= 1.5', [len(named(a.findings[0])) for a in seen if a.findings], np.mean),
+        rate('undetectable single: no false name', '', unseen, lambda a: not a.physics or _true(a)),
+        rate(
+            'two effects, exactly', '>= 75 %', two, lambda a: sorted(f['effect'] for f in a.findings) == sorted(a.truth)
+        ),
+        rate('two effects, as sets', '', two, lambda a: matched(a.findings, a.truth)),
+        rate('two effects, one at least', '', two, lambda a: any(named(f) & set(a.truth) for f in a.findings)),
+        rate('three effects, as sets', '', three, lambda a: matched(a.findings, a.truth)),
+        rate('unlisted flagged', '>= 85 %', unlisted, flagged),
+        rate('unlisted flagged in its stage', '', unlisted, lambda a: flagged(a) and _flag_stage(a) in a.stages),
+        rate('unlisted given a false name', '', unlisted, lambda a: bool(a.physics)),
+        rate('ambiguous: both in the set', '', alike, both),
+        rate('ambiguous: an experiment proposed', '', alike, lambda a: bool((a.report or {}).get('next_experiment'))),
+        number('held-out gap closed, median', '>= 0.95', gaps, np.median),
+        number('held-out gap closed, 10th percentile', '>= 0.80', gaps, lambda v: float(np.percentile(v, 10))),
+        {**rate('90 % intervals that cover', '85 to 95 %', [], lambda a: True), **_count(inside)},
+    ]
+
+
+def _true(answer: Answer) -> bool:
+    return answer.label['effects'][0]['effect'] in {n for f in answer.findings for n in named(f)}
+
+
+def _count(inside: Sequence[bool]) -> Row:
+    low, high = wilson(sum(inside), len(inside))
+    return {
+        'value': sum(inside) / len(inside) if inside else None, 'hits': sum(inside), 'n': len(inside),
+        'low': low, 'high': high,
+    }  # fmt: skip
+
+
+def covered(answer: Answer) -> list[bool]:
+    """For each parameter that truth and report share: is it within its interval?"""
+    found = []
+    for name, entry in ((answer.report or {}).get('calibration') or {}).items():
+        true = answer.label['parameters'].get(name)
+        if true is not None and entry.get('low') is not None and entry.get('high') is not None:
+            found.append(bool(entry['low'] <= true <= entry['high']))
+    return found
+
+
+def flagged(answer: Answer) -> bool:
+    """Does the report say that something remains which no name explains?"""
+    return answer.verdict == 'unexplained' or bool((answer.report or {}).get('unexplained'))
+
+
+def _flag_stage(answer: Answer) -> str:
+    return str(((answer.report or {}).get('unexplained') or {}).get('stage'))
+
+
+def both(answer: Answer) -> bool:
+    """Is the pair reported as a pair?"""
+    pair = {answer.label['effects'][0]['effect'], answer.label['partner']}
+    return any(pair <= named(finding) for finding in answer.findings)
+
+
+def power_curve(answers: Sequence[Answer]) -> list[Row]:
+    """Singles by how far they stand out of the noise after a refit."""
+    singles = [a for a in answers if a.label['kind'] == 'single']
+    rows = []
+    for low, high in zip(PEAKS[:-1], PEAKS[1:], strict=True):
+        here = [a for a in singles if low <= a.peak < high]
+        label = f'{low:g} to {high:g}' if np.isfinite(high) else f'over {low:g}'
+        name = [a.label['effects'][0]['effect'] for a in here]
+        first = sum(bool(a.findings) and a.findings[0]['effect'] == n for a, n in zip(here, name, strict=True))
+        within = sum(bool(a.findings) and n in named(a.findings[0]) for a, n in zip(here, name, strict=True))
+        anything = sum(bool(a.physics) or flagged(a) for a in here)
+        rows.append({'peak': label, 'n': len(here), 'first': first, 'in_set': within, 'anything': anything,
+                     'first_interval': wilson(first, len(here))})  # fmt: skip
+    return rows
+
+
+def confusions(answers: Sequence[Answer]) -> list[Row]:
+    """Per effect: how often first, in the set, and what was said instead."""
+    rows = []
+    singles = [a for a in answers if a.label['kind'] in ('single', 'unlisted') and a.truth]
+    for effect in sorted({a.truth[0] for a in singles}):
+        here = [a for a in singles if a.truth == [effect]]
+        said = [a.findings[0]['effect'] if a.findings else a.verdict for a in here]
+        rows.append({
+            'effect': effect,
+            'n': len(here),
+            'first': said.count(effect),
+            'in_set': sum(bool(a.findings) and effect in named(a.findings[0]) for a in here),
+            'instead': dict(Counter(s for s in said if s != effect)),
+        })  # fmt: skip
+    return rows
+
+
+def decoy_verdicts(answers: Sequence[Answer]) -> list[Row]:
+    """Per decoy: the verdicts and the physics that was named."""
+    rows = []
+    decoys = [a for a in answers if a.label['kind'] == 'decoy']
+    for what in sorted({a.label['what'] for a in decoys}):
+        here = [a for a in decoys if a.label['what'] == what]
+        rows.append({
+            'decoy': what,
+            'n': len(here),
+            'verdicts': dict(Counter(a.verdict for a in here)),
+            'physics': dict(Counter(f['effect'] for a in here for f in a.physics)),
+        })  # fmt: skip
+    return rows
+
+
+def table(rows: Sequence[Row]) -> str:
+    """The scores as text."""
+    lines = []
+    for row in rows:
+        if row.get('hits') is not None and row.get('n'):
+            value = f'{100 * row["value"]:5.1f} %  [{100 * row["low"]:.1f}, {100 * row["high"]:.1f}]'
+            count = f'{row["hits"]}/{row["n"]}'
+        else:
+            value, count = ('-' if row['value'] is None else f'{row["value"]:.3f}'), str(row['n'])
+        lines.append(f'{row["score"]:38s} {value:24s} {count:>8s}   {row["aim"]}')
+    return '\n'.join(lines)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(prog='python -m proof.score', description=__doc__.splitlines()[0])
+    parser.add_argument('directory', type=Path)
+    parser.add_argument('reports', type=Path)
+    parser.add_argument('--labels', type=Path, required=True)
+    parser.add_argument('--json', type=Path, help='write all tables here')
+    parser.add_argument('--log', type=Path, default=LOG, help='where a scoring of a sealed suite is noted')
+    chosen = parser.parse_args(arguments)
+    head, answers = read(chosen.directory, chosen.reports, chosen.labels)
+    result = {
+        **head,
+        'cases': len(answers),
+        'scores': scores(answers),
+        'power_curve': power_curve(answers),
+        'confusions': confusions(answers),
+        'decoys': decoy_verdicts(answers),
+    }
+    print(f'suite {head["suite"]}, seed {head["seed"]}, {len(answers)} cases, seal {head["seal"][:16]}')
+    print(table(result['scores']))
+    print('\nsingles by their strongest 10 s after a refit, in noise units: first / in set / anything of n')
+    for row in result['power_curve']:
+        print(f'  {row["peak"]:>10s}  {row["first"]:3d} / {row["in_set"]:3d} / {row["anything"]:3d} of {row["n"]}')
+    print('\nper effect: first / in set of n, said instead')
+    for row in result['confusions']:
+        print(f'  {row["effect"]:22s} {row["first"]:3d} / {row["in_set"]:3d} of {row["n"]:<4d} {row["instead"] or ""}')
+    print('\ndecoys: verdicts, physics named')
+    for row in result['decoys']:
+        print(f'  {row["decoy"]:22s} {row["verdicts"]} {row["physics"] or ""}')
+    if chosen.json:
+        chosen.json.write_text(json.dumps(result, indent=1) + '\n', encoding='utf-8')
+    if head['suite'] == 'sealed':
+        note = {'date': datetime.now(timezone.utc).isoformat(timespec='seconds'), **head, 'cases': len(answers)}
+        note['scores'] = {row['score']: [row['value'], row['n']] for row in result['scores']}
+        with chosen.log.open('a', encoding='utf-8') as log:
+            log.write(json.dumps(note) + '\n')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
