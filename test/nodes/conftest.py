@@ -1,0 +1,171 @@
+"""A bench for tests on real processes: starts nodes, talks to them, and waits for what they do, never for a time."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import Float64
+
+PATIENCE = 120.0  # s; a first start compiles the model, and the machine may be busy
+DOMAIN = 1 + (os.getpid() + 37) % 100
+ENVIRONMENT = {
+    **os.environ,
+    'ROS_DOMAIN_ID': str(DOMAIN),
+    'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+    'ROS_PYTHON_CHECK_FIELDS': '1',
+    'PYTHONPATH': os.pathsep.join(filter(None, sys.path)),
+    'PYTHONUNBUFFERED': '1',
+}
+
+
+class Program:
+    """A process of one of the package's nodes."""
+
+    def __init__(self, name, arguments, errors):
+        self.errors_path = errors
+        with open(errors, 'w') as sink:
+            self.process = subprocess.Popen(
+                [sys.executable, '-m', f'tcp_muscle_ros.nodes.{name}', '--ros-args', *arguments],
+                env=ENVIRONMENT,
+                stderr=sink,
+                stdout=sink,
+            )
+
+    def said(self):
+        return self.errors_path.read_text()
+
+    def kill(self):
+        """kill -9"""
+        self.process.kill()
+        self.process.wait()
+
+    def end(self, *signals):
+        """Send the signals, wait, return the exit code."""
+        for number in signals:
+            self.process.send_signal(number)
+        return self.process.wait(20)
+
+
+class Heard(list):
+    """The messages of one topic, each with the (steady) time at which it came."""
+
+    @property
+    def values(self):
+        return [message.data for _, message in self]
+
+    @property
+    def last(self):
+        return self[-1][1]
+
+    def since(self, moment):
+        return [message for came, message in self if came >= moment]
+
+
+class Bench:
+    def __init__(self, folder):
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+        self.folder = folder
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = rclpy.create_node('bench', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.thread = threading.Thread(target=self.executor.spin, daemon=True)
+        self.thread.start()
+        self.changed = threading.Condition()
+        self.programs = []
+
+    def close(self):
+        for program in self.programs:
+            if program.process.poll() is None:
+                program.kill()
+        self.executor.shutdown()
+        self.thread.join(5.0)
+        self.node.destroy_node()
+        rclpy.try_shutdown(context=self.context)
+
+    def start(self, name, namespace, *more, **parameters):
+        arguments = [*more, '-r', f'__ns:=/{namespace}']
+        for key, value in parameters.items():
+            text = str(value).lower() if isinstance(value, bool) else str(value)
+            arguments += ['-p', f'{key}:={text}']
+        program = Program(name, arguments, self.folder / f'{namespace}_{name}_{len(self.programs)}.txt')
+        self.programs.append(program)
+        return program
+
+    def listen(self, topic, kind=Float64, depth=5000):
+        heard = Heard()
+
+        def take(message):
+            with self.changed:
+                heard.append((time.monotonic(), message))
+                self.changed.notify_all()
+
+        self.node.create_subscription(kind, topic, take, QoSProfile(depth=depth))
+        return heard
+
+    def speaker(self, topic, kind=Float64):
+        """A publisher that is heard by somebody."""
+        publisher = self.node.create_publisher(kind, topic, QoSProfile(depth=1))
+        self.until(publisher.get_subscription_count, f'nobody listens to {topic}')
+        return publisher
+
+    def until(self, condition, otherwise, patience=PATIENCE):
+        """Wait for the condition, looked at after every message and at least every 20 ms; returns when it held."""
+        deadline = time.monotonic() + patience
+        with self.changed:
+            while not condition():
+                for program in self.programs:
+                    code = program.process.poll()
+                    assert code in (None, 0, -signal.SIGKILL), f'{otherwise}: a node ended:\n{program.said()}'
+                assert time.monotonic() < deadline, otherwise
+                self.changed.wait(0.02)
+        return time.monotonic()
+
+    @contextmanager
+    def repeating(self, publisher, value, rate=50.0):
+        """Publish the value over and over, as a living commander does; yields a function that changes it."""
+        held, stop = [value], threading.Event()
+
+        def repeat():
+            while not stop.wait(1.0 / rate):
+                publisher.publish(Float64(data=held[0]))
+
+        def change(new):
+            held[0] = new
+
+        publisher.publish(Float64(data=value))
+        thread = threading.Thread(target=repeat, daemon=True)
+        thread.start()
+        try:
+            yield change
+        finally:
+            stop.set()
+            thread.join()
+
+    def call(self, kind, service, **fields):
+        client = self.node.create_client(kind, service)
+        assert client.wait_for_service(PATIENCE), service
+        future = client.call_async(kind.Request(**fields))
+        self.until(future.done, f'{service} does not answer')
+        return future.result()
+
+
+@pytest.fixture(scope='module')
+def bench(tmp_path_factory):
+    made = Bench(tmp_path_factory.mktemp('nodes'))
+    yield made
+    made.close()
