@@ -8,7 +8,7 @@ with lam = i^2 R0 a_R - hA, P = i^2 R0 [1 + a_R (Tinf - T0)] for a current, and 
 holds for every sign of lam; equation 7 is the special case theta(0) = 0, lam != 0.
 """
 
-from math import exp, expm1
+from math import expm1
 
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.compiled import inner
@@ -54,5 +54,5 @@ def exact_step(
     weight = phi1(z)
     rise = constant * dt / p[_C]
     integral = dt * (theta * weight + rise * phi2(z))
-    after = theta * exp(z) + rise * weight
+    after = theta + (theta * z + rise) * weight  # theta e^z + rise phi1(z), without a second exponential
     return ambient + after, constant * dt + slope * integral, p[_HA] * integral
