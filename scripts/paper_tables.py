@@ -127,8 +127,8 @@ def stiffness_findings() -> list[Row]:
     return [
         ('9', 'k with D and d as printed', f'{printed:.0f} N/m'),
         ('9', 'k with D and d exchanged back', f'{corrected:.2f} N/m; measured {A["k0"]:.0f} N/m'),
-        ('12', 'best power law in °C, 23 to 100 °C', f'exponent {by_celsius[0]:.2f}, up to {by_celsius[1]:.1f} % off'),
-        ('12', 'best power law in K, 23 to 100 °C', f'exponent {by_kelvin[0]:.2f}, up to {by_kelvin[1]:.1f} % off'),
+        ('12', 'fitted power law, °C, 23 to 100 °C', f'exponent {by_celsius[0]:.2f}, up to {by_celsius[1]:.1f} % off'),
+        ('12', 'fitted power law, K, 23 to 100 °C', f'exponent {by_kelvin[0]:.2f}, up to {by_kelvin[1]:.1f} % off'),
         ('27', 'E at 23, 80, 100 °C', ', '.join(f'{modulus(t):.0f}' for t in (COLD, HOT, 100.0)) + ' MPa'),
         ('27', 'E/E(T0) at 80, 100, 120 °C', ', '.join(f'{softening(t):.3f}' for t in (HOT, 100.0, 120.0))),
         ('27', 'E at 23 °C if T were in K', f'{modulus(COLD + ZERO_CELSIUS):.0f} MPa'),
