@@ -147,7 +147,7 @@ _ROWS = (
         0.0,
         1.0,
     ),
-    Operating('time_constant_s', 0.1, 's', 'mode model: of the closed loop', (CONTROL,), 1e-3, 100.0),
+    Operating('time_constant_s', 0.07, 's', 'mode model: of the closed loop', (CONTROL,), 1e-3, 100.0),
     Operating('pid_kp_a_per_m', 200.0, 'A/m', 'mode pid: proportional gain', (CONTROL,)),
     Operating('pid_ki_a_per_m_s', 32.0, 'A/(m s)', 'mode pid: integral gain', (CONTROL,)),
     Operating('pid_kd_a_s_per_m', 20.0, 'A s/m', 'mode pid: derivative gain', (CONTROL,)),

@@ -33,7 +33,7 @@ class Settings:
 
     mode: str = 'model'
     temperature_limit: float = 100.0 + ZERO_CELSIUS  # never heated above it, by the model and by the thermometer
-    time_constant: float = 0.1  # s, of the closed loop (mode model)
+    time_constant: float = 0.07  # s, of the closed loop (mode model)
     probe_current: float = 0.0  # A, flows at least while resistance is the feedback and none comes; 0 = none
     pid_kp: float = 200.0  # A/m
     pid_ki: float = 32.0  # A/(m s)

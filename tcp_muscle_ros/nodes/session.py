@@ -57,6 +57,7 @@ class Session:
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._setpoint = self.node.create_publisher(Float64, 'displacement_setpoint', COMMAND_QOS)
+        self._load = self.node.create_publisher(Float64, 'load', COMMAND_QOS)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, STATE_QOS)
         self.node.create_subscription(Float64, 'displacement', self._take_displacement, STATE_QOS)
         try:
@@ -87,6 +88,10 @@ class Session:
                 self._all_alive()
             ticks += 1
             self._spin_until(begun + ticks * self._period)
+
+    def load(self, newton: float) -> None:
+        """Publish a pulling force, N."""
+        self._load.publish(Float64(data=float(newton)))
 
     def _start(self, name: str, command: list[str]) -> None:
         process = subprocess.Popen(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

@@ -12,9 +12,10 @@ from tcp_muscle_ros.control.inverse import Inverse
 from tcp_muscle_ros.control.observer import Noise, Observer
 from tcp_muscle_ros.control.offline import Sensors, run
 from tcp_muscle_ros.control.setpoint import Slope
-from tcp_muscle_ros.control.tracking import MODES, Command
+from tcp_muscle_ros.control.tracking import MODES, Command, Settings
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Parameters, simulate
+from tcp_muscle_ros.operating import OPERATING
 from tcp_muscle_ros.report import control_study as study
 from tcp_muscle_ros.report.tracking_figures import rms_error
 
@@ -338,3 +339,18 @@ def test_a_wrong_setting_is_named(change, says):
 def test_a_command_is_immutable():
     with pytest.raises(AttributeError):
         Command(0.0, 0.0, 0.0, 0.0).current = 1.0
+
+
+def test_the_nodes_parameters_have_these_defaults():
+    given = Settings()
+    same = {
+        'mode': given.mode,
+        'time_constant_s': given.time_constant,
+        'probe_current_a': given.probe_current,
+        'pid_kp_a_per_m': given.pid_kp,
+        'pid_ki_a_per_m_s': given.pid_ki,
+        'pid_kd_a_s_per_m': given.pid_kd,
+        'pid_filter_time_s': given.pid_filter_time,
+        'derate_temperature_c': given.temperature_limit - ZERO_CELSIUS,
+    }
+    assert {name: OPERATING[name].default for name in same} == same

@@ -1,0 +1,94 @@
+"""The figures of docs/control.md on the real nodes, in real time: python scripts/control_nodes_table.py [--draws 20]
+
+Each row starts sim_node, controller_node and a recorder, steps the setpoint and reads the recorded bag. Times count
+from the setpoint's message. About 25 s a row.
+"""
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from tcp_muscle_ros.control.tracking import MODES
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.nodes.session import Session
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.report import control_study as study
+from tcp_muscle_ros.report.tracking_figures import BAND, settling_time
+from tcp_muscle_ros.report.tracking_session import Step, judge
+
+MODEL = Parameters.named('karami_tadesse_2017')
+REST = 2.5  # s
+
+
+def steps_on_nodes(
+    plant: Parameters, limit: float, targets: list[tuple[float, float]], late: list[str], **control: float | str
+) -> list[Step]:
+    """Steps (target in m, for so many s) from rest, with the plant in sim_node and the model in controller_node."""
+    sim = {'current_limit_a': limit, **{name: plant[name] for name in study.UNCERTAIN}}
+    ends = REST + np.cumsum([duration for _, duration in targets])
+
+    def profile(t: float) -> float:
+        return 0.0 if t < REST else targets[min(int(np.searchsorted(ends, t, side='right')), len(targets) - 1)][0]
+
+    with tempfile.TemporaryDirectory() as folder:
+        bag = Path(folder) / 'bag'
+        with Session(bag, sim=sim, controller={'current_limit_a': limit, **control}) as session:
+            session.follow(profile, float(ends[-1]))
+            late.append(', '.join(f'{n} {d["missed_ticks"]}/{d["ticks"]}' for n, d in session.diagnostics.items()))
+        return judge(read_bag(bag), plant, limit, study.LOAD)[0]
+
+
+def load_step_on_nodes(target: float, extra: float, limit: float, **control: float | str) -> tuple[float, float]:
+    """How long after a load step (N) the muscle is back within 2 % of the setpoint (s), and the last 5 s' error (m)."""
+    with tempfile.TemporaryDirectory() as folder:
+        bag = Path(folder) / 'bag'
+        both = {'current_limit_a': limit}
+        with Session(bag, sim=both, controller={**both, **control}) as session:
+            session.follow(lambda t: target, 12.0)
+            session.load(study.LOAD + extra)
+            session.follow(lambda t: target, 15.0)
+        recording = read_bag(bag)
+    begin, end = float(recording['load'].time[-1]), float(recording['displacement_setpoint'].time[-1])
+    x = recording['displacement']
+    inside = (x.time >= begin) & (x.time <= end)
+    settled = settling_time(np.append(begin, x.time[inside]), np.append(0.0, x.value[inside]), target, BAND * target)
+    return settled, float(np.max(np.abs(x.value[(x.time > end - 5.0) & (x.time <= end)] - target)))
+
+
+def show(name: str, step: Step) -> None:
+    r, ratio = step.response, step.response.settling_time / step.possible_time
+    errors = f'{100 * r.overshoot:7.3f} {1e3 * r.steady_error:9.4f} {1e3 * r.ripple:9.2f}'
+    print(f'{name:36s} {step.possible_time:10.2f} {r.settling_time:10.2f} {ratio:6.3f} {errors}', flush=True)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--draws', type=int, default=20, metavar='N', help='muscles that are not the model')
+    draws = parser.parse_args().draws
+    late: list[str] = []
+    print(f'{"":36s} {"possible s":>10} {"settled s":>10} {"ratio":>6} {"over %":>7} {"steady mm":>9} {"ripple mA":>9}')
+    for mode in MODES:
+        for limit in (0.27, 0.40):
+            for target in (0.020, 0.040):
+                duration = study.full_current_time(MODEL, limit, target) + 8.0
+                for step in steps_on_nodes(MODEL, limit, [(target, duration)], late, mode=mode):
+                    show(f'{mode} 0 to {1e3 * target:.0f} mm at {limit:.2f} A', step)
+        _, release, rest = steps_on_nodes(MODEL, 0.4, [(0.04, 10.0), (0.02, 14.0), (0.0, 42.0)], late, mode=mode)
+        show(f'{mode} release 40 to 20 mm', release)
+        show(f'{mode} release 20 to 0 mm', rest)
+        settled, error = load_step_on_nodes(0.02, 0.3, 0.27, mode=mode)
+        print(f'{mode} at 20 mm, load + 0.3 N: in the band after {settled:.2f} s, then within {1e3 * error:.4f} mm')
+    for number, (plant, _) in enumerate(study.draws(MODEL, draws, seed=1)):
+        if study.reachable(plant, 0.4, 0.02):
+            duration = study.full_current_time(plant, 0.4, 0.02) + 6.0
+            for step in steps_on_nodes(plant, 0.4, [(0.02, duration)], late):
+                show(f'muscle {number + 1}: 0 to 20 mm at 0.40 A', step)
+    print('ticks late by a period or more:', *late, sep='\n  ')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

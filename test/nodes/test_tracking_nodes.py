@@ -1,0 +1,82 @@
+"""Closed loop on the real nodes, in real time: as fast as the muscle can, and there to stay."""
+
+import math
+import os
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.nodes.session import Session
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.report import control_study as study
+from tcp_muscle_ros.report.tracking_session import judge
+
+pytestmark = [pytest.mark.processes, pytest.mark.slow]
+MODEL = Parameters.named('karami_tadesse_2017')
+REST = 2.5  # s
+
+
+@pytest.fixture(autouse=True)
+def own_domain(monkeypatch):
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(1 + os.getpid() % 101))
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    monkeypatch.setenv('ROS_PYTHON_CHECK_FIELDS', '1')
+
+
+def followed(bag, plant, limit, profile, duration, **control):
+    sim = {'current_limit_a': limit, **{name: plant[name] for name in study.UNCERTAIN}}
+    with Session(bag, sim=sim, controller={'current_limit_a': limit, **control}) as session:
+        session.follow(profile, duration)
+    assert [process.returncode for process in session.processes.values()] == [0, 0, 0], session.said
+    return judge(read_bag(bag), plant, limit, study.LOAD)
+
+
+def assert_settles(step, factor, overshoot):
+    # Beside the factor: the period of the requirement, and the two in which a message waits for the nodes' ticks.
+    assert step.response.settling_time <= factor * step.possible_time + 3.0 * study.PERIOD
+    assert step.response.overshoot < overshoot
+    assert step.response.steady_error < 1e-4
+
+
+@pytest.mark.parametrize(('limit', 'target'), [(0.27, 0.020), (0.27, 0.040), (0.40, 0.020), (0.40, 0.040)])
+def test_heats_as_fast_as_the_muscle_can_and_releases_as_fast_as_it_cools(tmp_path, limit, target):
+    heated = REST + study.full_current_time(MODEL, limit, target) + 7.0
+
+    def profile(t):
+        return 0.0 if t < REST else target if t < heated else target - 0.01
+
+    steps, _ = followed(tmp_path / 'bag', MODEL, limit, profile, heated + 12.0)
+    heating, release = steps
+    assert_settles(heating, 1.05, 0.02)
+    assert_settles(release, 1.05, 0.02)
+
+
+@pytest.mark.parametrize('number', [3, 4, 12])
+def test_copes_with_a_muscle_that_is_not_the_model(tmp_path, number):
+    plant = list(study.draws(MODEL, 20, seed=1))[number][0]
+    (step,), _ = followed(tmp_path / 'bag', plant, 0.4, lambda t: 0.0 if t < REST else 0.02, REST + 9.0)
+    assert_settles(step, 1.3, 0.05)
+
+
+def test_follows_a_sine(tmp_path):
+    def profile(t):
+        return 0.02 if t < 10.0 else 0.025 - 0.005 * math.cos(2.0 * math.pi * (t - 10.0) / 16.0)
+
+    _, paths = followed(tmp_path / 'bag', MODEL, 0.27, profile, 26.0)
+    assert paths[-1].rms_error < 1e-4
+
+
+def test_rejects_a_load_step(tmp_path):
+    bag = tmp_path / 'bag'
+    with Session(bag, sim={}, controller={}) as session:
+        session.follow(lambda t: 0.02, 10.0)
+        session.load(study.LOAD + 0.3)
+        session.follow(lambda t: 0.02, 14.0)
+    recording = read_bag(bag)
+    x, end = recording['displacement'], recording['displacement_setpoint'].time[-1]
+    since = recording['load'].time[-1]
+    assert np.min(x.value[(x.time > since) & (x.time < since + 1.0)]) < 0.010  # it was felt
+    late = (x.time > since + 1.05 * 4.0 + 0.1) & (x.time < end)
+    assert np.max(np.abs(x.value[late] - 0.02)) < 3e-4
+    assert np.max(np.abs(x.value[late][-500:] - 0.02)) < 1e-4
