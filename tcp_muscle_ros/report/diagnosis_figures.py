@@ -1,10 +1,11 @@
 """The figures of a diagnosis: what was recorded and what the models make of it, where they differ, what decides.
 
-Each ``draw_*`` writes one PNG and says whether there was something to draw. ``before`` is the recalibrated model
-without the findings, ``after`` the one with them. Series are thinned to what a picture can show.
+Each ``draw_*`` writes one PNG and says whether there was something to draw. The two models are the recalibrated one
+without and with the findings; where nothing was found, the nominal and the recalibrated one. Series are thinned to what
+a picture can show.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,6 +40,35 @@ _GAP = 5.0  # intervals: after a longer pause a line is interrupted
 Places = NDArray[np.intp]
 
 
+# The recording is drawn broad, so that a model that meets it does not hide it.
+_BROAD: dict[str, Any] = {'color': RECORDED, 'linewidth': 2.6, 'alpha': 0.8}
+
+
+class Model(NamedTuple):
+    """One of the models that are set against the recording: its part of a Series, its name and its line."""
+
+    part: str
+    label: str
+    look: dict[str, Any]
+
+    def of(self, series: Series) -> Array:
+        """What it predicts for a channel."""
+        values: Array = getattr(series, self.part)
+        return values
+
+
+def compared(diagnosis: Diagnosis) -> tuple[Model, Model]:
+    """The two models whose difference is the outcome."""
+    parts = ('before', 'recalibrated'), ('after', 'with the findings')
+    if all(np.array_equal(s.before, s.after) for series in diagnosis.series for s in series):
+        parts = ('nominal', 'nominal'), ('before', 'recalibrated')
+    first, second = (
+        Model(part, label, {'color': colour, 'linewidth': 1.1, 'alpha': 0.9})
+        for (part, label), colour in zip(parts, (BEFORE, AFTER), strict=True)
+    )
+    return first, second
+
+
 class Figure(NamedTuple):
     """One figure: its file in ``figures/``, what it shows in a sentence, and what draws it."""
 
@@ -56,7 +86,7 @@ def draw_channels(path: Path, diagnosis: Diagnosis) -> bool:
     """Recorded, before and after of each channel, residuals below, for the recording that shows most."""
     if not diagnosis.series:
         return False
-    k = telling_recording(diagnosis)
+    k, models = telling_recording(diagnosis), compared(diagnosis)
     where = telling_channel(diagnosis)
     series = sorted(diagnosis.series[k], key=lambda s: s.channel != where)  # the one that shows most comes first
     start, end = _window(diagnosis, k)
@@ -67,16 +97,17 @@ def draw_channels(path: Path, diagnosis: Diagnosis) -> bool:
         drive.set_ylabel(CHANNEL_AXIS[kind])
     drive.set_title(_name(diagnosis, k), fontsize=10)
     for (axis, below), s in zip(rows, series, strict=True):
-        for label, look in _LOOK.items():
-            axis.plot(*_line(s, shown(s.channel, getattr(s, label)), start, end), label=label, **look)
+        axis.plot(*_line(s, shown(s.channel, s.recorded), start, end), label='recorded', **_BROAD)
+        for model in models:
+            axis.plot(*_line(s, shown(s.channel, model.of(s)), start, end), label=model.label, **model.look)
         axis.set_ylabel(CHANNEL_AXIS[s.channel])
         unit, factor = SHOWN[s.channel]
         band = 2.0 * factor * diagnosis.noise.get(s.channel, float('nan'))
         if np.isfinite(band):
             below.axhspan(-band, band, color=RECORDED, alpha=0.12, linewidth=0)
-        for label, colour in (('before', BEFORE), ('after', AFTER)):
-            left = factor * (s.recorded - getattr(s, label))
-            below.plot(*_line(s, left, start, end), color=colour, linewidth=0.9, alpha=0.85)
+        for model in models:
+            left = factor * (s.recorded - model.of(s))
+            below.plot(*_line(s, left, start, end), **model.look)
         below.set_ylabel(f'residual ({unit})', fontsize=8)
     for owner, a, b in diagnosis.location.intervals if diagnosis.location else ():
         if owner == k:
@@ -103,8 +134,8 @@ def draw_driver(path: Path, diagnosis: Diagnosis) -> bool:
     heating = np.concatenate([s.heating > 0.5 for s in mine])
     unit, factor = SHOWN[channel]
     figure, axes = canvas(1, 2, height=3.6, sharey=True)
-    for axis, label in zip(axes, ('before', 'after'), strict=True):
-        left = factor * np.concatenate([s.recorded - getattr(s, label) for s in mine])
+    for axis, model in zip(axes, compared(diagnosis), strict=True):
+        left = factor * np.concatenate([s.recorded - model.of(s) for s in mine])
         band = 2.0 * factor * diagnosis.noise.get(channel, float('nan'))
         if np.isfinite(band):
             axis.axhspan(-band, band, color=RECORDED, alpha=0.12, linewidth=0, label='noise')
@@ -115,7 +146,7 @@ def draw_driver(path: Path, diagnosis: Diagnosis) -> bool:
             axis.plot(x[phase][few], left[phase][few], '.', color=colour, markersize=2, alpha=0.35)
             axis.plot(*_means(x[phase], left[phase]), color=colour, linewidth=2.0, label=name)
         rms = float(np.sqrt(np.mean(left**2)))
-        axis.set_title(f'{label}: RMSE {rms:.3g} {unit}', fontsize=10)
+        axis.set_title(f'{model.label}: RMSE {rms:.3g} {unit}', fontsize=10)
         axis.set_xlabel(_DRIVERS[variable])
     axes[0].set_ylabel(f'{channel}, recorded - model ({unit})')
     axes[0].legend(fontsize=8, frameon=False)
@@ -134,17 +165,17 @@ def draw_loop(path: Path, diagnosis: Diagnosis) -> bool:
     last = _last_cycle(moved)
     measured = series.get('temperature')
     figure, (axis,) = canvas(1, width=6.5, height=4.6)
-    for label, look in _LOOK.items():
+    few = last[thin(last.size)]
+    for model in (Model('recorded', 'recorded', _BROAD), *compared(diagnosis)):
         if measured is not None:
-            warm = np.interp(moved.time, measured.time, getattr(measured, label))
+            warm = np.interp(moved.time, measured.time, model.of(measured))
         else:
             warm = moved.temperature
-        few = last[thin(last.size)]
         axis.plot(
             shown('temperature', warm[few]),
-            shown(moved.channel, getattr(moved, label)[few]),
-            label=label,
-            **look,
+            shown(moved.channel, model.of(moved)[few]),
+            label=model.label,
+            **model.look,
         )
     axis.set_xlabel(CHANNEL_AXIS['temperature'] + ('' if measured is not None else ', inferred'))
     axis.set_ylabel(CHANNEL_AXIS[moved.channel])
@@ -229,16 +260,16 @@ def draw_experiment(path: Path, diagnosis: Diagnosis) -> bool:
 FIGURES = (
     Figure(
         'channels.png',
-        'Recorded (black), the recalibrated model before (orange) and after (blue) the findings; below each its '
-        'residual, with twice the noise in grey and the places of the misfit shaded.',
+        'What was recorded (black) and the model before (orange) and after (blue). Below each channel its residual: '
+        'recorded minus model, twice the noise in grey. Shaded: where the misfit lives.',
         draw_channels,
     ),
     Figure(
         'driver.png',
-        'The residual against what it goes with, drive on and off apart; lines are means.',
+        'The residual against what it goes with, drive on and off apart; lines are means, twice the noise in grey.',
         draw_driver,
     ),
-    Figure('loop.png', 'One cycle over temperature: recorded, before and after.', draw_loop),
+    Figure('loop.png', 'One cycle over temperature.', draw_loop),
     Figure(
         'ranking.png',
         'What each candidate gains. Full bars were refitted, pale ones are estimated by linear approximation; '
@@ -255,17 +286,20 @@ def telling_channel(diagnosis: Diagnosis) -> str:
     if diagnosis.location is not None and diagnosis.location.channel in recorded:
         return diagnosis.location.channel
 
+    model = compared(diagnosis)[0]
+
     def size(channel: str) -> float:
-        return max(_misfit(diagnosis, s) for series in diagnosis.series for s in series if s.channel == channel)
+        mine = [s for series in diagnosis.series for s in series if s.channel == channel]
+        return max(_misfit(diagnosis, s, model) for s in mine)
 
     return max(sorted(recorded), key=size)
 
 
 def telling_recording(diagnosis: Diagnosis) -> int:
-    """The recording in which that channel is furthest from the recalibrated model."""
-    channel = telling_channel(diagnosis)
+    """The recording in which that channel is furthest from the first model."""
+    channel, model = telling_channel(diagnosis), compared(diagnosis)[0]
     sizes = [
-        max((_misfit(diagnosis, s) for s in series if s.channel == channel), default=-1.0)
+        max((_misfit(diagnosis, s, model) for s in series if s.channel == channel), default=-1.0)
         for series in diagnosis.series
     ]
     return int(np.argmax(sizes))
@@ -276,10 +310,10 @@ def thin(size: int, most: int = _MOST_POINTS) -> Places:
     return np.unique(np.linspace(0, size - 1, min(size, most)).astype(np.intp))
 
 
-def _misfit(diagnosis: Diagnosis, s: Series) -> float:
+def _misfit(diagnosis: Diagnosis, s: Series, model: Model) -> float:
     noise = diagnosis.noise.get(s.channel, float('nan'))
     scale = noise if np.isfinite(noise) and noise > 0.0 else max(float(np.ptp(s.recorded)), 1e-12)
-    return float(np.sqrt(np.mean((s.recorded - s.before) ** 2))) / scale
+    return float(np.sqrt(np.mean((s.recorded - model.of(s)) ** 2))) / scale
 
 
 def _name(diagnosis: Diagnosis, k: int) -> str:
@@ -318,12 +352,6 @@ def _line(s: Series, value: Array, start: float, end: float) -> tuple[Array, Arr
     return np.insert(time, after, time[np.maximum(after - 1, 0)]), np.insert(drawn, after, np.nan)
 
 
-# The recording is drawn broad, so that a model that meets it does not hide it.
-_LOOK: Mapping[str, dict[str, Any]] = {
-    'recorded': {'color': RECORDED, 'linewidth': 2.6, 'alpha': 0.8},
-    'before': {'color': BEFORE, 'linewidth': 1.1},
-    'after': {'color': AFTER, 'linewidth': 1.1},
-}
 _DRIVERS = {
     'temperature': 'fibre temperature (degC)',
     'rate': 'rate of temperature (K/s)',

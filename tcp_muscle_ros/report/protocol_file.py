@@ -2,13 +2,16 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from textwrap import wrap
 
 from tcp_muscle_ros.diagnosis.experiment import Holding
 from tcp_muscle_ros.diagnosis.findings import Diagnosis, Proposal, Value
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.parameter_file import Value as Setting
 from tcp_muscle_ros.parameter_file import describe, number_text, write
-from tcp_muscle_ros.report.words import at_edge, interval_text, own_parameters, percent, plain
+from tcp_muscle_ros.report.words import at_edge, interval_text, percent, plain
+
+_WIDTH = 110  # of comments
 
 
 def write_protocol(path: str | Path, proposal: Proposal, holding: Holding | None = None) -> None:
@@ -28,7 +31,7 @@ def render_protocol(proposal: Proposal, holding: Holding | None = None) -> str:
         f'Expected to decide with probability {percent(proposal.power)}. {proposal.reason}',
         'Record it and diagnose it together with the recordings so far.',
     ]
-    lines = [f'# {" ".join(line.split())}' for line in head]
+    lines = [f'# {line}' for said in head for line in wrap(said, _WIDTH)]
     lines += [
         f'rate_hz: {number_text(proposal.rate)}',
         'input: current',
@@ -66,13 +69,14 @@ def write_improved(path: str | Path, diagnosis: Diagnosis, operating: Mapping[st
     muscle = physics_only(diagnosis.improved)
     recordings = len(diagnosis.recordings)
     heading = [
-        f'Improved by tcp_muscle diagnose from {recordings} recording{"s" if recordings != 1 else ""}.',
-        f'Verdict: {plain(diagnosis.verdict)}. {" ".join(diagnosis.headline.split())}',
+        f'A muscle improved by tcp_muscle diagnose from {recordings} recording{"s" if recordings != 1 else ""}.',
+        f'Verdict: {plain(diagnosis.verdict)}. {diagnosis.headline}',
         'Intervals are 90 %. What concerns sensors or the start of a recording stays in report.json.',
     ]
     if diagnosis.partial:
         heading.insert(1, 'The diagnosis was interrupted: these values are what was known by then.')
-    write(path, muscle, operating=operating, heading=heading, note=_note(diagnosis))
+    folded = [line for said in heading for line in wrap(said, _WIDTH)]
+    write(path, muscle, operating=operating, heading=folded, note=_note(diagnosis, muscle))
 
 
 def physics_only(parameters: Parameters) -> Parameters:
@@ -81,11 +85,12 @@ def physics_only(parameters: Parameters) -> Parameters:
     return parameters.only_effects(kept)
 
 
-def _note(diagnosis: Diagnosis) -> Callable[[str], str]:
+def _note(diagnosis: Diagnosis, muscle: Parameters) -> Callable[[str], str]:
     """The comment behind each parameter: its interval where the data gave one."""
     fitted: dict[str, Value] = dict(diagnosis.calibration)
     for finding in diagnosis.findings:
-        fitted |= {f'{finding.effect}.{name}': value for name, value in own_parameters(finding).items()}
+        prefix = f'{finding.effect}.'
+        fitted |= {prefix + name.removeprefix(prefix): value for name, value in finding.parameters.items()}
 
     def note(name: str) -> str:
         value = fitted.get(name)
@@ -95,6 +100,8 @@ def _note(diagnosis: Diagnosis) -> Callable[[str], str]:
         said = f'{row.edge_unit}; {row.meaning}'
         if not value.fixed:
             return f'{said}; not fixed by the data'
+        if not value.low <= muscle[name] <= value.high:  # refitted since; its interval would speak of another value
+            return f'{said}; fitted'
         bound = ', at its bound' if value.at_bound else ''
         return f'{said}; 90 %: {interval_text(at_edge(name, value))}{bound}'
 

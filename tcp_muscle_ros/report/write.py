@@ -1,0 +1,57 @@
+"""Everything that a diagnosis leaves behind, in one new folder."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.findings import Diagnosis
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.parameter_file import Value as Setting
+from tcp_muscle_ros.report.diagnosis_figures import draw_all
+from tcp_muscle_ros.report.overlay import write_diagnosis_overlay
+from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
+from tcp_muscle_ros.report.report_html import write_html
+from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, write_json
+
+
+def refuse_report(directory: str | Path) -> Path:
+    """The folder of a new report. BadInput unless it is empty or can be made: nothing is overwritten."""
+    path = Path(directory)
+    if path.is_dir():
+        if any(path.iterdir()):
+            raise BadInput(f'{path}: is not empty, and a report overwrites nothing; give another --output')
+    elif path.exists():
+        raise BadInput(f'{path}: is a file; expected a folder that does not exist yet')
+    elif not path.absolute().parent.is_dir():
+        raise BadInput(f'{path}: the folder {path.absolute().parent} does not exist')
+    return path
+
+
+def write_report(
+    directory: str | Path,
+    diagnosis: Diagnosis,
+    experiments: Sequence[Experiment],
+    operating: Mapping[str, Setting] | None = None,
+) -> None:
+    """Write report.json, report.html, figures/, improved.yaml, overlay/ and, if there is one, next_protocol.yaml.
+
+    ``operating``: what else stood in the parameter file that the diagnosis began with; goes into improved.yaml.
+    report.json comes last: where it is, the report is whole.
+
+    Raises:
+        BadInput: the folder holds something already, or cannot be written.
+    """
+    path = refuse_report(directory)
+    try:
+        (path / 'figures').mkdir(parents=True)
+        figures = draw_all(path / 'figures', diagnosis)
+        write_html(path / 'report.html', diagnosis, figures, path / 'figures')
+        write_improved(path / IMPROVED, diagnosis, operating)
+        if diagnosis.next_experiment is not None:
+            holding = experiments[0].holding if experiments else None
+            write_protocol(path / PROTOCOL, diagnosis.next_experiment, holding)
+        if experiments:
+            write_diagnosis_overlay(path / 'overlay', experiments, diagnosis.series)
+        write_json(path / 'report.json', diagnosis)
+    except OSError as error:
+        raise BadInput(f'{path}: cannot write the report there: {error.strerror}') from None
