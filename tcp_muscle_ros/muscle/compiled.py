@@ -44,7 +44,7 @@ _CACHE = _writable_cache()
 
 def inner(function: _F) -> _F:
     """Compile a function that compiled functions call."""
-    compiled: _F = numba.njit(**_OPTIONS)(function)
+    compiled: _F = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)(function)
     return compiled
 
 

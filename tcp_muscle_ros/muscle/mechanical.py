@@ -5,7 +5,7 @@ the corrections of docs/paper.md (sign of the thermal term, F/k for k F, B for t
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.muscle.compiled import inner
+from tcp_muscle_ros.muscle.compiled import entry, inner
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS
 from tcp_muscle_ros.muscle.table import INDEX
 
@@ -13,6 +13,7 @@ from tcp_muscle_ros.muscle.table import INDEX
 DOMAIN_LOW, DOMAIN_HIGH = ZERO_CELSIUS, ZERO_CELSIUS + 120.0
 
 _A1, _A2, _A3, _C1, _C2 = (INDEX[name] for name in ('a1', 'a2', 'a3', 'c1', 'c2'))
+_T0 = INDEX['T0']
 _REFERENCE = INDEX['modulus_at_T0']
 
 
@@ -22,6 +23,13 @@ def modulus(p: Array, temperature: float) -> float:
     inside = min(max(temperature, DOMAIN_LOW), DOMAIN_HIGH) - ZERO_CELSIUS
     # A fitted curve may reach zero within the domain; a hundredth of E(0 degC) keeps stiffness positive there.
     value: float = max(p[_A1] * inside ** p[_A2] + p[_A3], 0.01 * p[_A3])
+    return value
+
+
+@entry
+def reference_modulus(p: Array) -> float:
+    """E(T0), Pa, from the muscle's own parameters."""
+    value: float = modulus(p, p[_T0])
     return value
 
 

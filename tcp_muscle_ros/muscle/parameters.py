@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects import EFFECTS
-from tcp_muscle_ros.muscle.mechanical import modulus
+from tcp_muscle_ros.muscle.layout import COEFFICIENTS, VECTOR_SIZE
+from tcp_muscle_ros.muscle.mechanical import reference_modulus
 from tcp_muscle_ros.muscle.parameter import Parameter
-from tcp_muscle_ros.muscle.table import DERIVED, INDEX, SIZE, TABLE
+from tcp_muscle_ros.muscle.table import DERIVED, INDEX, TABLE
 
 SETS: dict[str, dict[str, float]] = {
     # Resolved model, set A: Table 1 with hA identified from the 80 degC peak at 0.27 A.
@@ -41,20 +42,6 @@ def _specifications() -> dict[str, Parameter]:
 
 SPECIFICATIONS: Mapping[str, Parameter] = _specifications()
 EFFECT_NAMES = tuple(EFFECTS)
-
-
-def _layout() -> tuple[dict[str, int], dict[str, int], int, int]:
-    """Where each effect's coefficients and states begin, and how long both vectors are."""
-    coefficient, state = SIZE, 0
-    coefficients, states = {}, {}
-    for effect in EFFECTS.values():
-        coefficients[effect.name], states[effect.name] = coefficient, state
-        coefficient += len(effect.parameters)
-        state += len(effect.states)
-    return coefficients, states, coefficient, state
-
-
-COEFFICIENTS_AT, STATES_AT, VECTOR_SIZE, EFFECT_STATES = _layout()
 
 
 @dataclass(frozen=True)
@@ -142,20 +129,22 @@ class Parameters(Mapping[str, float]):
         for row in TABLE:
             vector[INDEX[row.name]] = self[row.name]
         for effect in EFFECTS.values():
-            start = COEFFICIENTS_AT[effect.name]
+            start = COEFFICIENTS[effect.name].start
             for offset, row in enumerate(effect.parameters):
                 vector[start + offset] = self[f'{effect.name}.{row.name}']
-        vector[INDEX['modulus_at_T0']] = modulus(vector, vector[INDEX['T0']])
+        vector[INDEX['modulus_at_T0']] = reference_modulus(vector)
         vector[INDEX['fastest_rate']] = self._fastest_rate(vector)
+        on = [EFFECTS[name] for name in self.effects]
+        vector[INDEX['any_effect']] = bool(on)
+        vector[INDEX['memory']] = any('commit' in effect.hooks for effect in on)
+        vector[INDEX['motion']] = any(effect.motion for effect in on)
         vector.setflags(write=False)
         return vector
 
     def _fastest_rate(self, vector: Array) -> float:
         """1/s: the quickest process that the step must resolve. The factor 4 leaves room for a hotter surface."""
         rates = [4.0 * vector[INDEX['hA']] / vector[INDEX['C']]]
-        for name in self.effects:
-            start = COEFFICIENTS_AT[name]
-            rates.append(EFFECTS[name].fastest_rate(vector[start : start + len(EFFECTS[name].parameters)], vector))
+        rates += [EFFECTS[name].fastest_rate(vector[COEFFICIENTS[name]], vector) for name in self.effects]
         return float(max(rates))
 
     @cached_property

@@ -9,25 +9,32 @@ from math import ceil
 
 import numpy as np
 
+from tcp_muscle_ros.muscle import layout
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 from tcp_muscle_ros.muscle.compiled import entry, inner
 from tcp_muscle_ros.muscle.composition import hooks_at
-from tcp_muscle_ros.muscle.effects import EFFECTS
 from tcp_muscle_ros.muscle.electrical import VOLTAGE, joule_heating, resistance_at, source_current
 from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW, contraction_coefficient, modulus_ratio
 from tcp_muscle_ros.muscle.quantities import (
     AMBIENT,
     CAPACITY,
+    COMMAND,
+    COMPLIANCE,
     CONDUCTANCE,
+    CORE_TEMPERATURE,
     CURRENT,
     DRIVE,
     DRIVING_TEMPERATURE,
     ELASTIC,
+    EQUILIBRIUM_LENGTH,
+    EXCHANGE,
     EXTRA,
     FORCE,
+    FORCE_RATE,
     GAIN,
     HEAT,
     HEATING,
+    HELD,
     IN_AMBIENT,
     IN_COMPLIANCE,
     IN_DRIVE,
@@ -36,20 +43,28 @@ from tcp_muscle_ros.muscle.quantities import (
     IN_LOAD,
     IN_WALL,
     IN_ZERO,
+    KIND,
     LENGTH,
     N_OUTPUTS,
     N_QUANTITIES,
-    N_STATES,
+    POWER,
     RATIO,
     RESISTANCE,
+    SERIES,
+    SHOWN_CURRENT,
     SHOWN_FORCE,
     SHOWN_LENGTH,
+    SHOWN_POWER,
     SHOWN_RESISTANCE,
     SHOWN_TEMPERATURE,
+    SHOWN_VOLTAGE,
     SLACK,
     STIFFNESS,
     TEMPERATURE,
+    TEMPERATURE_RATE,
+    THERMAL,
     TIME,
+    VELOCITY,
     X_HEATED,
     X_LOST,
     X_TEMPERATURE,
@@ -69,17 +84,21 @@ from tcp_muscle_ros.muscle.quantities import (
 from tcp_muscle_ros.muscle.table import INDEX
 from tcp_muscle_ros.muscle.thermal import exact_step
 
-_K0, _H0, _B, _T0, _HA, _C, _FASTEST = (INDEX[name] for name in ('k0', 'H0', 'B', 'T0', 'hA', 'C', 'fastest_rate'))
-_SWITCHING = np.array(['commit' in effect.hooks for effect in EFFECTS.values()], dtype=np.bool_)
+_K0, _H0, _B, _T0, _HA, _C = (INDEX[name] for name in ('k0', 'H0', 'B', 'T0', 'hA', 'C'))
+_FASTEST, _ANY, _MEMORY, _MOTION = (INDEX[name] for name in ('fastest_rate', 'any_effect', 'memory', 'motion'))
+STATE_SIZE, N_INTEGRATED = layout.STATE_SIZE, layout.N_INTEGRATED
 # A substep resolves a tenth of the quickest time constant: the Runge-Kutta error is then below 1e-6 of a change.
 _SUBSTEP = 0.1
-STATE_SIZE = N_STATES + sum(len(effect.states) for effect in EFFECTS.values())
+_INSTANT = 1e-6  # s: over which velocity and force rate are taken
 
+_begin = hooks_at('begin')
 _surroundings = hooks_at('surroundings')
 _softening = hooks_at('softening')
 _contraction = hooks_at('contraction')
 _extra = hooks_at('extra')
 _elasticity = hooks_at('elasticity')
+_limit = hooks_at('limit')
+_position = hooks_at('position')
 _resistance = hooks_at('resistance')
 _drive = hooks_at('drive')
 _heat = hooks_at('heat')
@@ -93,16 +112,18 @@ _commit = hooks_at('commit')
 def _length_under(force: float, p: Array, on: Mask, q: Array, x: Array, dx: Array) -> float:
     """The length (m) under a tension (N): H0 + thermal + elastic + extra. Equation 17, corrected."""
     q[FORCE] = force
-    q[DRIVING_TEMPERATURE] = q[TEMPERATURE]
+    q[DRIVING_TEMPERATURE] = q[CORE_TEMPERATURE]
     q[GAIN] = p[_B]
     _contraction(q, p, on, x, dx)
+    driving = q[DRIVING_TEMPERATURE]
+    q[THERMAL] = q[GAIN] * contraction_coefficient(p, driving) * (driving - p[_T0])
     q[EXTRA] = 0.0
     _extra(q, p, on, x, dx)
     q[ELASTIC] = force / q[STIFFNESS]
     _elasticity(q, p, on, x, dx)
-    driving = q[DRIVING_TEMPERATURE]
-    thermal = q[GAIN] * contraction_coefficient(p, driving) * (driving - p[_T0])
-    total: float = p[_H0] + thermal + q[ELASTIC] + q[EXTRA]
+    q[LENGTH] = p[_H0] + q[THERMAL] + q[ELASTIC] + q[EXTRA]
+    _limit(q, p, on, x, dx)
+    total: float = q[LENGTH]
     return total
 
 
@@ -112,32 +133,37 @@ def _hold(wall: float, compliance: float, p: Array, on: Mask, q: Array, x: Array
 
     A muscle cannot push: where it is longer than the distance it hangs slack with F = 0.
     """
-    low, below = 0.0, _length_under(0.0, p, on, q, x, dx) - wall
-    if below >= 0.0:
-        q[SLACK] = 1.0
-        q[LENGTH] = wall
-        return
-    slope = 1.0 / q[STIFFNESS] + compliance
-    high = -below / slope
-    above = _length_under(high, p, on, q, x, dx) + high * compliance - wall
-    for _ in range(60):  # widen until the root is enclosed; the linear muscle is there at once
-        if above >= -1e-15:
-            break
-        low, below = high, above
-        high *= 2.0
-        above = _length_under(high, p, on, q, x, dx) + high * compliance - wall
-    force, error = high, above
-    for _ in range(100):  # false position (Illinois)
-        if abs(error) <= 1e-15 or high - low <= 1e-15 * high:
-            break
-        force = (low * above - high * below) / (above - below)
+    # One loop, so that the machine code of the length is there once. First F = 0, then the linear muscle's answer
+    # (twice as much until the root is enclosed), then false position (Illinois).
+    low = high = below = above = force = 0.0
+    enclosed = False
+    for attempt in range(160):
         error = _length_under(force, p, on, q, x, dx) + force * compliance - wall
-        if error > 0.0:
-            high, above = force, error
-            below *= 0.5
-        else:
+        if attempt == 0:
+            if error >= 0.0:
+                q[SLACK] = 1.0
+                q[LENGTH] = wall
+                return
+            below = error
+            force = -error / (1.0 / q[STIFFNESS] + compliance)
+            continue
+        if error >= -1e-15 or enclosed:
+            if error > 0.0 or not enclosed:
+                high, above = force, error
+                if enclosed:
+                    below *= 0.5
+            else:
+                low, below = force, error
+                above *= 0.5
+            enclosed = True
+            if abs(error) <= 1e-15 or high - low <= 1e-15 * high:
+                break
+            force = (low * above - high * below) / (above - below)
+        elif attempt < 60:
             low, below = force, error
-            above *= 0.5
+            force *= 2.0
+        else:
+            break
     q[LENGTH] = wall - force * compliance
 
 
@@ -146,69 +172,121 @@ def _evaluate(x: Array, u: Array, p: Array, on: Mask, q: Array, dx: Array) -> No
     """Fill ``q`` from the surroundings to the heating, for the present state and input."""
     temperature = x[X_TEMPERATURE]
     q[TIME] = x[X_TIME]
+    q[KIND] = u[IN_KIND]
+    q[HELD] = u[IN_HELD]
+    q[COMPLIANCE] = u[IN_COMPLIANCE]
+    q[COMMAND] = u[IN_DRIVE]
     q[TEMPERATURE] = temperature
+    q[CORE_TEMPERATURE] = temperature
     q[AMBIENT] = u[IN_AMBIENT]
     _surroundings(q, p, on, x, dx)
-    q[RATIO] = modulus_ratio(p, temperature)
+    q[RATIO] = modulus_ratio(p, q[CORE_TEMPERATURE])
     _softening(q, p, on, x, dx)
     q[STIFFNESS] = p[_K0] * q[RATIO]
     q[SLACK] = 0.0
-    if u[IN_HELD] > 0.0:
-        _hold(u[IN_WALL], u[IN_COMPLIANCE], p, on, q, x, dx)
+    compliance = u[IN_COMPLIANCE]
+    held = u[IN_HELD] > 0.0
+    if held:
+        _hold(u[IN_WALL], compliance, p, on, q, x, dx)
     else:
         q[LENGTH] = _length_under(u[IN_LOAD], p, on, q, x, dx)
+    q[EQUILIBRIUM_LENGTH] = q[LENGTH]
+    if p[_ANY] > 0.0 and q[SLACK] == 0.0 and (compliance > 0.0 or not held):
+        _position(q, p, on, x, dx)
+        if held and q[LENGTH] != q[EQUILIBRIUM_LENGTH]:
+            q[FORCE] = max(0.0, (u[IN_WALL] - q[LENGTH]) / compliance)
     q[RESISTANCE] = resistance_at(p, temperature)
+    q[SERIES] = 0.0
     _resistance(q, p, on, x, dx)
-    q[DRIVE] = u[IN_DRIVE]
+    q[DRIVE] = q[COMMAND]
     _drive(q, p, on, x, dx)
-    q[CURRENT] = source_current(u[IN_KIND], q[DRIVE], q[RESISTANCE])
-    q[HEATING] = joule_heating(u[IN_KIND], q[DRIVE], q[RESISTANCE])
+    total = q[RESISTANCE] + q[SERIES]
+    q[CURRENT] = source_current(u[IN_KIND], q[DRIVE], total)
+    q[POWER] = joule_heating(u[IN_KIND], q[DRIVE], total)
+    q[HEATING] = q[POWER] * (q[RESISTANCE] / total)
 
 
 @inner
-def _derivative(x: Array, u: Array, p: Array, on: Mask, q: Array, dx: Array) -> None:
-    """dx/dt of all states. Equation 1 with whatever the effects add."""
-    _evaluate(x, u, p, on, q, dx)
+def _heat_balance(x: Array, p: Array, on: Mask, q: Array, dx: Array) -> None:
+    """dx/dt of all states for known velocity and force rate. Equation 1 with whatever the effects add."""
     q[CONDUCTANCE] = p[_HA]
     q[CAPACITY] = p[_C]
     q[HEAT] = 0.0
+    q[EXCHANGE] = 0.0
     _heat(q, p, on, x, dx)
     lost = q[CONDUCTANCE] * (q[TEMPERATURE] - q[AMBIENT]) - q[HEAT]
+    q[TEMPERATURE_RATE] = (q[HEATING] - lost + q[EXCHANGE]) / q[CAPACITY]
     dx[X_TIME] = 1.0
-    dx[X_TEMPERATURE] = (q[HEATING] - lost) / q[CAPACITY]
+    dx[X_TEMPERATURE] = q[TEMPERATURE_RATE]
     dx[X_HEATED] = q[HEATING]
     dx[X_LOST] = lost
     _rates(q, p, on, x, dx)
 
 
 @inner
+def _derivative(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dx: Array) -> None:
+    """dx/dt of all states.
+
+    An effect may need the velocity of the end (or, held, the rate of the force), which follow from dx/dt itself:
+    that loop is closed by secants on ``m``, the motion that is assumed against the motion that results.
+    """
+    compliance, held = u[IN_COMPLIANCE], u[IN_HELD] > 0.0
+    ahead, q_ahead = work[5], q[N_QUANTITIES:]
+    rounds = 20 if p[_MOTION] > 0.0 else 1
+    q[VELOCITY] = q[FORCE_RATE] = 0.0
+    m_before = gap_before = m = 0.0
+    _evaluate(x, u, p, on, q, dx)
+    for attempt in range(rounds):
+        _heat_balance(x, p, on, q, dx)
+        if rounds == 1:
+            break
+        for j in range(x.size):
+            ahead[j] = x[j] + _INSTANT * dx[j]
+        _evaluate(ahead, u, p, on, q_ahead, dx)
+        if held:
+            gap = (q_ahead[FORCE] - q[FORCE]) / _INSTANT - m
+        else:
+            gap = (q_ahead[LENGTH] - q[LENGTH]) / _INSTANT - m
+        if abs(gap) <= 1e-10 or gap == gap_before:
+            break
+        step = gap if attempt == 0 else -gap * (m - m_before) / (gap - gap_before)
+        m_before, gap_before = m, gap
+        m += step
+        q[VELOCITY] = -compliance * m if held else m
+        q[FORCE_RATE] = m if held else 0.0
+
+
+@inner
 def _runge_kutta(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: float) -> None:
-    """One classical fourth-order step of all states."""
+    """One classical fourth-order step of all states that have rates."""
     k1, k2, k3, k4, middle = work[0], work[1], work[2], work[3], work[4]
-    n = x.size
-    _derivative(x, u, p, on, q, k1)
-    for j in range(n):
-        middle[j] = x[j] + 0.5 * dt * k1[j]
-    _derivative(middle, u, p, on, q, k2)
-    for j in range(n):
-        middle[j] = x[j] + 0.5 * dt * k2[j]
-    _derivative(middle, u, p, on, q, k3)
-    for j in range(n):
-        middle[j] = x[j] + dt * k3[j]
-    _derivative(middle, u, p, on, q, k4)
-    for j in range(n):
+    for j in range(x.size):
+        middle[j] = x[j]
+    for stage in range(4):  # a loop, so that the machine code of the derivative is there once
+        if stage > 0:
+            reach = dt if stage == 3 else 0.5 * dt
+            for j in range(N_INTEGRATED):
+                middle[j] = x[j] + reach * work[stage - 1, j]
+        _derivative(middle, u, p, on, q, work, work[stage])
+    for j in range(N_INTEGRATED):
         x[j] += dt / 6.0 * (k1[j] + 2.0 * (k2[j] + k3[j]) + k4[j])
+
+
+@inner
+def _start(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array) -> None:
+    """Take up a jump of the inputs. Heat that work leaves in the muscle is booked as taken from the ambient."""
+    if p[_MEMORY] == 0.0:
+        return
+    _evaluate(x, u, p, on, q, work[0])
+    _begin(q, p, on, x, work[0])
+    x[X_LOST] -= p[_C] * (q[TEMPERATURE] - x[X_TEMPERATURE])
+    x[X_TEMPERATURE] = q[TEMPERATURE]
 
 
 @inner
 def _advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: float) -> None:
     """Advance the state by ``dt`` (s) under the imposed ``u``, constant over the step."""
-    plain, switching = True, False
-    for k in range(on.size):
-        if on[k]:
-            plain = False
-            switching = switching or _SWITCHING[k]
-    if plain and u[IN_KIND] != VOLTAGE:
+    if p[_ANY] == 0.0 and u[IN_KIND] != VOLTAGE:
         after, heated, lost = exact_step(p, u[IN_KIND], u[IN_DRIVE], u[IN_AMBIENT], x[X_TEMPERATURE], dt)
         x[X_TIME] += dt
         x[X_TEMPERATURE] = after
@@ -218,30 +296,38 @@ def _advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: 
     substeps = max(1, ceil(dt * p[_FASTEST] / _SUBSTEP))
     for _ in range(substeps):
         _runge_kutta(x, u, p, on, q, work, dt / substeps)
-        if switching:
-            _evaluate(x, u, p, on, q, work[0])
+        if p[_MEMORY] > 0.0:
+            _show(x, u, p, on, q, work)
             _commit(q, p, on, x, work[0])
+
+
+@inner
+def _show(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array) -> None:
+    """Fill ``q`` to what the sensors show."""
+    _evaluate(x, u, p, on, q, work[0])
+    q[SHOWN_TEMPERATURE] = q[TEMPERATURE]
+    q[SHOWN_RESISTANCE] = q[RESISTANCE] + q[SERIES]
+    q[SHOWN_LENGTH] = q[LENGTH]
+    q[SHOWN_FORCE] = q[FORCE]
+    q[SHOWN_CURRENT] = q[CURRENT]
+    q[SHOWN_VOLTAGE] = q[CURRENT] * (q[RESISTANCE] + q[SERIES])
+    q[SHOWN_POWER] = q[POWER]
+    _sensor(q, p, on, x, work[0])
 
 
 @inner
 def _observe(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, y: Array) -> None:
     """What is shown at this instant with this drive applied. No time passes."""
-    dx = work[0]
-    _evaluate(x, u, p, on, q, dx)
-    q[SHOWN_TEMPERATURE] = q[TEMPERATURE]
-    q[SHOWN_RESISTANCE] = q[RESISTANCE]
-    q[SHOWN_LENGTH] = q[LENGTH]
-    q[SHOWN_FORCE] = q[FORCE]
-    _sensor(q, p, on, x, dx)
+    _show(x, u, p, on, q, work)
     y[Y_TEMPERATURE] = q[SHOWN_TEMPERATURE]
     y[Y_FIBRE_TEMPERATURE] = q[TEMPERATURE]
     y[Y_RESISTANCE] = q[SHOWN_RESISTANCE]
     y[Y_DISPLACEMENT] = u[IN_ZERO] - q[SHOWN_LENGTH]
     y[Y_FORCE] = q[SHOWN_FORCE]
     y[Y_LENGTH] = q[LENGTH]
-    y[Y_CURRENT] = q[CURRENT]
-    y[Y_VOLTAGE] = q[CURRENT] * q[RESISTANCE]
-    y[Y_POWER] = q[HEATING]
+    y[Y_CURRENT] = q[SHOWN_CURRENT]
+    y[Y_VOLTAGE] = q[SHOWN_VOLTAGE]
+    y[Y_POWER] = q[SHOWN_POWER]
     y[Y_IN_DOMAIN] = 1.0 if DOMAIN_LOW <= q[TEMPERATURE] <= DOMAIN_HIGH else 0.0
     y[Y_SLACK] = q[SLACK]
 
@@ -249,26 +335,25 @@ def _observe(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, y: A
 @entry
 def settle(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, temperature: float) -> float:
     """Set ``x`` to a muscle that has long rested at ``temperature`` (K) without current; returns its length (m)."""
-    dx = work[0]
     for j in range(x.size):
         x[j] = 0.0
     x[X_TEMPERATURE] = temperature
     drive, u[IN_DRIVE] = u[IN_DRIVE], 0.0
+    before = -1.0
     for _ in range(100):  # held ends: force and creep find each other within a few rounds
-        before = q[LENGTH]
-        _evaluate(x, u, p, on, q, dx)
-        _initial(q, p, on, x, dx)
+        _show(x, u, p, on, q, work)
         if q[LENGTH] == before:
             break
+        before = q[LENGTH]
+        _initial(q, p, on, x, work[0])
     u[IN_DRIVE] = drive
-    _evaluate(x, u, p, on, q, dx)
-    length: float = q[LENGTH]
-    return length
+    return before
 
 
 @entry
 def advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: float, y: Array) -> None:
     """One tick: advance ``dt`` (s), then show. A ``dt`` of 0 only shows."""
+    _start(x, u, p, on, q, work)
     if dt > 0.0:
         _advance(x, u, p, on, q, work, dt)
     _observe(x, u, p, on, q, work, y)
@@ -277,9 +362,10 @@ def advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: f
 @entry
 def advance_many(x: Array, u: Array, p: Array, on: Mask, dt: float, y: Array) -> None:
     """One tick of many muscles: every array has a leading axis of muscles."""
-    q = np.empty(N_QUANTITIES)
-    work = np.zeros((5, x.shape[1]))
+    q = np.empty(2 * N_QUANTITIES)
+    work = np.zeros((6, x.shape[1]))
     for k in range(x.shape[0]):
+        _start(x[k], u[k], p[k], on[k], q, work)
         if dt > 0.0:
             _advance(x[k], u[k], p[k], on[k], q, work, dt)
         _observe(x[k], u[k], p[k], on[k], q, work, y[k])
@@ -293,10 +379,11 @@ def run(
 
     ``time``, ``drive``, ``load``, ``ambient`` have shape (n,); ``y`` is filled, shape (n, N_OUTPUTS).
     """
-    q = np.empty(N_QUANTITIES)
-    work = np.zeros((5, x.size))
+    q = np.empty(2 * N_QUANTITIES)
+    work = np.zeros((6, x.size))
     for k in range(time.size):
         u[IN_DRIVE], u[IN_LOAD], u[IN_AMBIENT] = drive[k], load[k], ambient[k]
+        _start(x, u, p, on, q, work)
         _observe(x, u, p, on, q, work, y[k])
         if k + 1 < time.size:
             _advance(x, u, p, on, q, work, time[k + 1] - time[k])
@@ -304,7 +391,7 @@ def run(
 
 def scratch() -> tuple[Array, Array]:
     """Fresh ``q`` and ``work`` for one muscle."""
-    return np.zeros(N_QUANTITIES), np.zeros((5, STATE_SIZE))
+    return np.zeros(2 * N_QUANTITIES), np.zeros((6, STATE_SIZE))
 
 
 def blank_outputs(*shape: int) -> Array:

@@ -34,7 +34,9 @@ DERIVED: Mapping[str, Callable[[Mapping[str, float]], float]] = {
     'B': lambda p: p['L0'] ** 2 / p['H0'],
 }
 
-# The compiled model reads a flat vector: the table's rows, then two constants made from them.
-_NAMES = (*(row.name for row in TABLE), 'modulus_at_T0', 'fastest_rate')
+# The compiled model reads a flat vector: the table's rows, then constants made from them and from the effects that
+# are on: the quickest process (1/s); is any effect on; has one a memory; does one ask for velocity or force rate.
+_CONSTANTS = ('modulus_at_T0', 'fastest_rate', 'any_effect', 'memory', 'motion')
+_NAMES = (*(row.name for row in TABLE), *_CONSTANTS)
 INDEX: Mapping[str, int] = {name: index for index, name in enumerate(_NAMES)}
 SIZE = len(_NAMES)

@@ -15,12 +15,13 @@ from tcp_muscle_ros.muscle.quantities import EXTRA, FORCE, STIFFNESS, TEMPERATUR
 
 _REFERENCE = ZERO_CELSIUS + 50.0
 _HOT = ZERO_CELSIUS + 120.0
+_QUICKEST = 20.0  # 1/s
 
 
 @inner
 def _rate(c: Array, temperature: float) -> float:
-    """1/tau(T), 1/s; the shift factor is held beyond the model's domain."""
-    rate: float = exp(c[2] * (min(temperature, _HOT) - _REFERENCE)) / c[1]
+    """1/tau(T), 1/s; the shift factor is held beyond the model's domain, and what is quicker than 0.05 s is elastic."""
+    rate: float = min(exp(c[2] * (min(temperature, _HOT) - _REFERENCE)) / c[1], _QUICKEST)
     return rate
 
 
@@ -53,5 +54,5 @@ EFFECT = Effect(
     hooks={'extra': extra, 'rates': rates, 'initial': initial},
     strength='J',
     states=('delayed_elongation',),
-    fastest_rate=lambda c, p: float((1.0 + c[0]) * exp(c[2] * (_HOT - _REFERENCE)) / c[1]),
+    fastest_rate=lambda c, p: float((1.0 + c[0]) * min(exp(c[2] * (_HOT - _REFERENCE)) / c[1], _QUICKEST)),
 )

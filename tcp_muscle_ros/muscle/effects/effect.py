@@ -10,19 +10,24 @@ An effect is a set of hooks. Each hook is a plain function ``hook(q, c, p, s, ds
 The points at which hooks are called, in this order:
 
 =============  ==========================================================================================
-surroundings   ambient temperature before anything else
+begin          at the start of a step, when the inputs may have jumped; may change ``q[TEMPERATURE]``
+surroundings   ambient temperature, the source's setting, the core's temperature, before anything else
 softening      after the modulus ratio
 contraction    after the temperature that drives the contraction and its gain are set
 extra          length beside thermal and elastic (``q[EXTRA]``)
-elasticity     after the elastic elongation under ``q[FORCE]``; called again while a held end seeks its force
+elasticity     after the elastic elongation under ``q[FORCE]``
+limit          after their sum ``q[LENGTH]``; contraction to limit are called again while a held end seeks its force
+position       after the equilibrium length of an end that can move: inertia and friction
 resistance     after the resistance
 drive          the source's command before it becomes a current
 heat           after conductance, capacity and further heat
 rates          writes ``ds``; all quantities are known
 sensor         what the sensors show
 initial        writes ``s`` for a muscle that has long rested at the present temperature and force
-commit         at the end of a substep: switching states (play, largest temperature) move here
+commit         at the end of a substep: memories (play, largest temperature) move here
 =============  ==========================================================================================
+
+States of an effect without ``rates`` are memories: only ``commit`` and ``begin`` move them.
 
 Off means that no hook is called: the paper's model, bit for bit.
 """
@@ -34,11 +39,14 @@ from typing import Any
 from tcp_muscle_ros.muscle.parameter import Parameter
 
 POINTS = (
+    'begin',
     'surroundings',
     'softening',
     'contraction',
     'extra',
     'elasticity',
+    'limit',
+    'position',
     'resistance',
     'drive',
     'heat',
@@ -59,7 +67,8 @@ class Effect:
     """One effect: its name in parameters and reports, its row in the catalogue, and its hooks.
 
     ``fastest_rate(c, p)`` (1/s) tells the stepper how quick its quickest state is. ``strength`` names the
-    parameter that switches it off at its value ``none`` (the amplitude that a fit lets grow).
+    parameter that switches it off at its value ``none`` (the amplitude that a fit lets grow). ``motion``: its
+    ``heat`` needs ``q[VELOCITY]`` or ``q[FORCE_RATE]``, which depend on the heating they change.
     """
 
     name: str
@@ -73,6 +82,7 @@ class Effect:
     none: float = 0.0
     states: tuple[str, ...] = ()
     fastest_rate: Callable[[Any, Any], float] = field(default=_nothing_fast)
+    motion: bool = False
 
     def __post_init__(self) -> None:
         unknown = set(self.hooks) - set(POINTS)

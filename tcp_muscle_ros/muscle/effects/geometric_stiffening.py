@@ -3,8 +3,8 @@
     F = k0 L0 [(sin b - sin b0) + r (cos b0 - cos b) tan b] / (1 + r tan^2 b0),   sin b = H/L0,   r = EI/GJ = 1 + mu
 
 scaled by E(T)/E(T0). The initial slope is k0; at 1 N the elongation is 6 % below the linear spring's, at 2 N 12 %.
-Energy U = (L/2)(2 pi N/L)^2 [EI (cos b - cos b0)^2 + GJ (sin b - sin b0)^2] (Love 1892); in place of the paper's
-equation 19, see docs/paper.md.
+Without bending stiffness (mu = -1) it is the linear spring. Energy U = (L/2)(2 pi N/L)^2 [EI (cos b - cos b0)^2 +
+GJ (sin b - sin b0)^2] (Love 1892); in place of the paper's equation 19, see docs/paper.md.
 """
 
 from math import sqrt
@@ -60,7 +60,8 @@ EFFECT = Effect(
     stage='mechanical',
     equation='F = k0 L0 [(sin b - sin b0) + (1 + mu)(cos b0 - cos b) tan b] / (1 + (1 + mu) tan^2 b0)',
     source='Kirchhoff-Love rod; replaces equations 19 to 25',
-    parameters=(Parameter('mu', 0.4, '1', -0.9, 5.0, "Poisson's ratio in EI/GJ = 1 + mu", 'the paper, equation 10'),),
+    parameters=(Parameter('mu', 0.4, '1', -1.0, 5.0, "Poisson's ratio in EI/GJ = 1 + mu", 'the paper, equation 10'),),
     hooks={'elasticity': elasticity},
     strength='mu',
+    none=-1.0,
 )

@@ -1,0 +1,67 @@
+"""M-13 inertia: a hanging weight swings about the length that the resolved model gives at once.
+
+    M H'' = F - max(0, F + k (H - Hs)) - 2 zeta sqrt(k M) H',   M = b max(F, 0.1 N)/g
+
+Hs is the equilibrium length, b = 1 a dead weight, b = 0 a load without mass (a long soft spring, a servo). The clamp
+weighs at least 0.1 N. Below b = 0.25 the weight keeps that mass and the length follows it in part, so that b = 0 is the
+resolved model. Held ends do not swing.
+"""
+
+from math import sqrt
+
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.compiled import inner
+from tcp_muscle_ros.muscle.effects.effect import Effect
+from tcp_muscle_ros.muscle.parameter import Parameter
+from tcp_muscle_ros.muscle.quantities import EQUILIBRIUM_LENGTH, FORCE, HELD, LENGTH, STIFFNESS
+from tcp_muscle_ros.muscle.table import INDEX
+
+GRAVITY = 9.80665  # m/s^2
+_LIGHTEST = 0.1  # N
+_SMALLEST = 0.25  # of a dead weight's mass
+
+
+@inner
+def _mass(c: Array, force: float) -> float:
+    """The swinging mass, kg."""
+    mass: float = max(c[0], _SMALLEST) * max(force, _LIGHTEST) / GRAVITY
+    return mass
+
+
+def position(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """The end is where the weight is."""
+    if q[HELD] == 0.0:
+        q[LENGTH] += min(c[0] / _SMALLEST, 1.0) * (s[0] - q[EQUILIBRIUM_LENGTH])
+
+
+def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """Newton's law of the weight. The muscle pulls and never pushes."""
+    if q[HELD] == 0.0:
+        mass, k = _mass(c, q[FORCE]), q[STIFFNESS]
+        tension = max(0.0, q[FORCE] + k * (s[0] - q[EQUILIBRIUM_LENGTH]))
+        ds[0] = s[1]
+        ds[1] = (q[FORCE] - tension - 2.0 * c[1] * sqrt(k * mass) * s[1]) / mass
+    else:
+        ds[0] = ds[1] = 0.0
+
+
+def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """The weight hangs at rest."""
+    s[0], s[1] = q[EQUILIBRIUM_LENGTH], 0.0
+
+
+EFFECT = Effect(
+    name='inertia',
+    row='M-13',
+    stage='mechanical',
+    equation="M H'' = F - max(0, F + k (H - Hs)) - 2 zeta sqrt(k M) H', M = b F/g",
+    source="Newton's law",
+    parameters=(
+        Parameter('b', 1.0, '1', 0.0, 2.0, 'mass over that of a dead weight', 'a hanging weight: 1'),
+        Parameter('zeta', 0.05, '1', 0.0, 2.0, 'damping ratio', 'estimated: 0.02 to 0.1'),
+    ),
+    hooks={'position': position, 'rates': rates, 'initial': initial},
+    strength='b',
+    states=('position', 'velocity'),
+    fastest_rate=lambda c, p: 2.0 * sqrt(1.1 * p[INDEX['k0']] * GRAVITY / (max(c[0], _SMALLEST) * _LIGHTEST)),
+)
