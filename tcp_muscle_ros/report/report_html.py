@@ -3,6 +3,7 @@
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from math import isfinite
 from pathlib import Path
 
 from tcp_muscle_ros.diagnosis.findings import Diagnosis, Finding, Value
@@ -12,6 +13,7 @@ from tcp_muscle_ros.report.words import (
     VERDICTS,
     at_edge,
     change_text,
+    digits_text,
     error_text,
     interval_text,
     meaning,
@@ -117,9 +119,13 @@ def _location(d: Diagnosis) -> str:
     said = f'Where: {where.stage} stage, seen in {where.channel}'
     if where.phases:
         said += f', in {" and ".join(where.phases)}'
-    drivers = ', '.join(f'{percent(driver.share)} at {range_text(driver)}' for driver in where.drivers)
-    size = f' The typical misfit there is {error_text(where.channel, where.size)}.' if where.size == where.size else ''
-    return f'<p>{escape(said + (f"; {drivers} of it" if drivers else "") + "." + size)}</p>'
+    said += '.'
+    if where.drivers:
+        shares = ', '.join(f'{percent(driver.share)} at {range_text(driver)}' for driver in where.drivers)
+        said += f' Of the misfit, {shares}.'
+    if isfinite(where.size):
+        said += f' It is typically {error_text(where.channel, where.size)}.'
+    return f'<p>{escape(said)}</p>'
 
 
 def _findings(d: Diagnosis) -> str:
@@ -179,7 +185,7 @@ def _values(title: str, values: Mapping[str, Value], remark: str) -> str:
     rows = []
     for name, inside in values.items():
         v = at_edge(name, inside)
-        rows.append([name, number(v.nominal), number(v.value, 4), interval_text(v), v.unit, _remark(v)])
+        rows.append([name, number(v.nominal), digits_text(v)[0], interval_text(v), v.unit, _remark(v)])
     return _section(
         title, _soft(remark), _table(['name', 'nominal', 'value', '90 % interval', 'unit', 'remark'], rows, (0, 4, 5))
     )
@@ -188,7 +194,10 @@ def _values(title: str, values: Mapping[str, Value], remark: str) -> str:
 def _not_testable(d: Diagnosis) -> str:
     if not d.not_testable:
         return ''
-    rows = [[plain(n.effect), n.why] for n in d.not_testable]
+    by_reason: dict[str, list[str]] = {}
+    for n in d.not_testable:
+        by_reason.setdefault(n.why, []).append(plain(n.effect))
+    rows = [[', '.join(effects), why] for why, effects in by_reason.items()]
     return _section('What these recordings could not have shown', _table(['effect', 'why'], rows, (0, 1)))
 
 
@@ -219,7 +228,7 @@ def _recordings(d: Diagnosis) -> str:
     rows = [
         [
             f'{k}. {r.path}',
-            f'{number(r.duration, 4)} s',
+            f'{number(r.duration)} s',
             f'{number(r.rate)} Hz',
             ', '.join(r.channels),
             '; '.join(r.issues) or 'none',

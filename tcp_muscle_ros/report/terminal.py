@@ -9,13 +9,14 @@ from tcp_muscle_ros.report.tables import table
 from tcp_muscle_ros.report.words import (
     VERDICTS,
     at_edge,
+    digits_text,
     error_text,
-    interval_text,
     number,
     own_parameters,
     percent,
     plain,
     range_text,
+    value_text,
 )
 
 LINES, WIDTH = 20, 100
@@ -79,10 +80,7 @@ def _findings(d: Diagnosis) -> list[str]:
 
 
 def _parameters(finding: Finding) -> str:
-    return ', '.join(
-        f'{name} {number(v.value)} ({interval_text(v)}){"" if v.unit in ("", "1") else " " + v.unit}'
-        for name, v in own_parameters(finding).items()
-    )
+    return ', '.join(f'{name} {value_text(v)}' for name, v in own_parameters(finding).items())
 
 
 def _calibration(d: Diagnosis) -> list[str]:
@@ -96,7 +94,7 @@ def _calibration(d: Diagnosis) -> list[str]:
     muscle = [name for name in d.calibration if name in SPECIFICATIONS and moved(name) > 0.5]
     names = sorted(muscle, key=moved, reverse=True)[:_CHANGED]
     found = {name: at_edge(name, d.calibration[name]) for name in names}
-    told = [f'{name} {number(v.nominal)} -> {number(v.value)}' for name, v in found.items()]
+    told = [f'{name} {number(v.nominal)} -> {digits_text(v)[0]}' for name, v in found.items()]
     told += [f'{plain(n)} {number(v.value)} {v.unit}'.strip() for n, v in list(d.sensors.items())[:_CHANGED]]
     return [f'recalibrated: {", ".join(told)}'] if told else []
 

@@ -85,27 +85,29 @@ def number(value: float, digits: int = 3) -> str:
     return f'{value:.{digits}g}'
 
 
-def _beside(value: float, low: float, high: float) -> int:
-    """How many digits of a value its interval leaves worth reading: two of the interval's width."""
-    width = high - low
-    if not (isfinite(width) and width > 0.0) or value == 0.0:
-        return 3
-    return min(max(2 + floor(log10(abs(value))) - floor(log10(width)), 2), 6)
+def digits_text(value: Value) -> tuple[str, str, str]:
+    """Value, low and high with the digits that the interval's width leaves worth reading, the same for all three."""
+    numbers, width = (value.value, value.low, value.high), value.high - value.low
+    largest = max(abs(x) for x in numbers if isfinite(x)) if any(map(isfinite, numbers)) else 0.0
+    if not (isfinite(width) and width > 0.0 and 1e-3 <= largest < 1e6):
+        first, second, third = (number(x) for x in numbers)
+    else:
+        decimals = min(max(1 - floor(log10(width)), 0), 6)
+        first, second, third = (f'{x:.{decimals}f}' if isfinite(x) else '-' for x in numbers)
+    return first, second, third
 
 
 def value_text(value: Value) -> str:
     """``0.100 (0.092 to 0.108) N/m``: a value with its 90 % interval and unit (none for a pure number)."""
-    digits = _beside(value.value, value.low, value.high)
-    unit = f' {value.unit}' if value.unit not in ('', '1') else ''
-    if not (isfinite(value.low) and isfinite(value.high)):
-        return f'{number(value.value, digits)}{unit}'
-    return f'{number(value.value, digits)} ({interval_text(value)}){unit}'
+    middle = digits_text(value)[0]
+    interval = f' ({interval_text(value)})' if isfinite(value.low) and isfinite(value.high) else ''
+    return f'{middle}{interval}' + (f' {value.unit}' if value.unit not in ('', '1') else '')
 
 
 def interval_text(value: Value) -> str:
     """``0.092 to 0.108``."""
-    digits = _beside(value.value, value.low, value.high)
-    return f'{number(value.low, digits)} to {number(value.high, digits)}'
+    _, low, high = digits_text(value)
+    return f'{low} to {high}'
 
 
 def error_text(channel: str, rmse: float, *, unit: bool = True) -> str:
@@ -124,9 +126,12 @@ def range_text(found: Driver | Unexplained) -> str:
     """``temperature 45 to 80 degC``."""
     low, high, unit = driver_range(found)
     variable = found.variable if isinstance(found, Driver) else found.driver
+    name = 'time since the switch' if variable == 'since_switch' else plain(variable)
     if not (isfinite(low) and isfinite(high)):
-        return plain(variable)
-    return f'{plain(variable)} {number(low, 2)} to {number(high, 2)} {unit}'.strip()
+        return name
+    if unit == 'm':
+        low, high, unit = 1e3 * low, 1e3 * high, 'mm'
+    return f'{name} {number(low, 2)} to {number(high, 2)} {unit}'.strip()
 
 
 def percent(share: float) -> str:

@@ -49,7 +49,7 @@ def experiment(truth, *, load=0.59, seed=0, duration=300.0, rate=10.0, channels=
     return replace(made, observed=observed)
 
 
-def _series(made, nominal, before, after):
+def series_of(made, nominal, before, after):
     outputs = made.outputs(after)
     temperature, rate = outputs.fibre_temperature, np.gradient(outputs.fibre_temperature, outputs.time)
     predictions = [made.predict(parameters) for parameters in (nominal, before, after)]
@@ -81,7 +81,7 @@ def _diagnosis(experiments, *, nominal=NOMINAL, before=None, after=None, **said)
     """A diagnosis whose series and errors are those of real simulations; ``said`` is the rest of it."""
     before = nominal if before is None else before
     after = before if after is None else after
-    series = tuple(_series(made, nominal, before, after) for made in experiments)
+    series = tuple(series_of(made, nominal, before, after) for made in experiments)
     fit = {}
     for name in experiments[0].observed:
         mine = [s for found in series for s in found if s.channel == name]

@@ -1,0 +1,373 @@
+"""What a diagnosis leaves behind: every file, for every verdict, says what the diagnosis says."""
+
+import json
+from dataclasses import replace
+from html import unescape
+from html.parser import HTMLParser
+
+import jsonschema
+import numpy as np
+import pytest
+from report.diagnoses import ALL, NOMINAL, convection_or_radiation, creep, experiment, match, sensor_or_setup, series_of
+
+from tcp_muscle_ros.diagnosis.findings import VERDICTS, Value
+from tcp_muscle_ros.diagnosis.replaying import replay
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.parameter_file import read
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.protocol import read_protocol
+from tcp_muscle_ros.report import words
+from tcp_muscle_ros.report.diagnosis_figures import compared, draw_all, telling_channel, telling_recording, thin
+from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
+from tcp_muscle_ros.report.report_html import render
+from tcp_muscle_ros.report.report_json import as_data, schema
+from tcp_muscle_ros.report.terminal import LINES, WIDTH, summary
+from tcp_muscle_ros.report.write import refuse_report, write_report
+
+# The names of the report's contract, as programs rely on them: key -> keys below it.
+CONTRACT = {
+    'schema': None,
+    'partial': None,
+    'recordings': {'path', 'duration_s', 'rate_hz', 'channels', 'issues'},
+    'noise': None,
+    'verdict': None,
+    'calibration': {'nominal', 'value', 'low', 'high', 'unit'},
+    'location': {'stage', 'channel', 'phase', 'drivers', 'intervals_s'},
+    'findings': {
+        'effect',
+        'stage',
+        'sentence',
+        'equation',
+        'parameters',
+        'confidence',
+        'indistinguishable_from',
+        'held_out',
+    },
+    'fit': {'rmse_nominal', 'rmse_calibrated', 'rmse_improved', 'noise', 'held_out'},
+    'not_testable': {'effect', 'why'},
+    'unexplained': {'stage', 'channel', 'share', 'driver', 'interval_s'},
+    'next_experiment': {'separates', 'protocol', 'power'},
+    'improved_parameters': None,
+}
+
+
+@pytest.fixture(scope='module')
+def made():
+    """Every diagnosis of the helper, once: name -> (diagnosis, experiments)."""
+    return {name: make() for name, make in ALL.items()}
+
+
+@pytest.fixture(scope='module')
+def reports(made, tmp_path_factory):
+    """A report of each."""
+    folder = tmp_path_factory.mktemp('reports')
+    for name, (diagnosis, experiments) in made.items():
+        write_report(folder / name, diagnosis, experiments)
+    return folder
+
+
+def test_the_helper_has_every_verdict(made):
+    assert {diagnosis.verdict for diagnosis, _ in made.values()} == set(VERDICTS)
+
+
+@pytest.mark.parametrize('name', ALL)
+def test_json_keeps_its_schema(reports, name):
+    def refuse(constant):
+        raise AssertionError(f'{constant} is no JSON')
+
+    content = json.loads((reports / name / 'report.json').read_text(), parse_constant=refuse)
+    jsonschema.Draft202012Validator(schema()).validate(content)
+    for key, below in CONTRACT.items():
+        assert key in content
+        found = content[key]
+        members = {'calibration': dict.values, 'fit': dict.values}.get(key, lambda f: f if isinstance(f, list) else [f])
+        for member in members(found) if below and found else ():
+            assert below <= set(member)
+
+
+def test_the_schema_is_one_and_knows_every_key_of_the_contract():
+    jsonschema.Draft202012Validator.check_schema(schema())
+    assert set(schema()['required']) == set(CONTRACT)
+    assert tuple(schema()['properties']['verdict']['enum']) == VERDICTS
+
+
+@pytest.mark.parametrize(
+    ('key', 'wrong'),
+    [
+        ('verdict', 'guilty'),
+        ('findings', [{'effect': 'creep'}]),
+        ('noise', {'smell': 1.0}),
+        ('fit', {'displacement': {'rmse_nominal': -1.0}}),
+        ('next_experiment', {'separates': ['creep'], 'protocol': 'next_protocol.yaml', 'power': 0.5}),
+        ('location', {}),
+    ],
+)
+def test_the_schema_refuses(made, key, wrong):
+    content = {**as_data(made['convection_or_radiation'][0]), key: wrong}
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(content, schema())
+    del content[key]
+    with pytest.raises(jsonschema.ValidationError, match=key):
+        jsonschema.validate(content, schema())
+
+
+def test_json_says_what_the_diagnosis_says(made):
+    d, _ = made['creep']
+    content = as_data(d)
+    assert content['headline'] == d.headline
+    (finding,) = content['findings']
+    assert finding['parameters']['J'] == {
+        'nominal': 0.0,
+        'value': 0.347,
+        'low': 0.339,
+        'high': 0.356,
+        'unit': '1',
+        'fixed_by_data': True,
+        'at_bound': False,
+    }
+    assert finding['held_out'] == {'displacement': {'rmse_before': 1.9e-3, 'rmse_after': 4.3e-5}}
+    assert content['location']['intervals_s'][0] == [0, 30.0, 52.0]
+    assert content['location']['drivers'][0] == {
+        'variable': 'temperature',
+        'low': 45.0,
+        'high': 80.0,
+        'unit': 'degC',
+        'share': 0.71,
+    }
+    assert content['calibration']['hA']['value'] == pytest.approx(d.calibration['hA'].value, rel=1e-8)
+    assert content['fit']['displacement']['rmse_calibrated'] == pytest.approx(d.fit['displacement'].calibrated)
+
+
+def test_absolute_temperatures_are_in_degc_and_differences_stay(made):
+    content = as_data(made['match'][0])
+    ambient = content['calibration']['ambient [1]']
+    assert (ambient['value'], ambient['unit']) == (23.25, 'degC')
+    offset = content['calibration']['temperature_offset']
+    assert (offset['value'], offset['unit']) == (0.1, 'K')
+    assert content['sensors'] == ['temperature_offset']
+    assert words.at_edge('T0', Value(296.15, 295.15, 297.15, 'K', 296.15)).value == 23.0
+    assert not words.is_absolute('ambient_drift.rate')
+
+
+def test_numbers_that_do_not_exist_are_null(made):
+    d, _ = made['unexplained']
+    assert as_data(d)['location']['size'] is None
+    assert as_data(made['insufficient_data'][0])['noise'] == {'temperature': None}
+
+
+class _Page(HTMLParser):
+    """Tags that close what they open, attributes, and the text in order."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.tags, self.said = [], [], []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+        if tag not in ('meta', 'img'):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] not in ('style', 'title') and data.strip():
+            self.said.append(data.strip())
+
+
+@pytest.mark.parametrize('name', ALL)
+def test_the_page_is_self_contained_and_opens_with_the_headline(made, reports, name):
+    text = (reports / name / 'report.html').read_text()
+    page = _Page(text)
+    assert page.said[0] == made[name][0].headline
+    assert 'http' not in text.replace('http-equiv', '')
+    assert not {'script', 'link', 'iframe'} & {tag for tag, _ in page.tags}
+    sources = [attributes['src'] for tag, attributes in page.tags if tag == 'img']
+    assert len(sources) == len(list((reports / name / 'figures').glob('*.png')))
+    assert all(source.startswith('data:image/png;base64,') for source in sources)
+    assert 'url(' not in text
+    assert ('interrupted' in text) == made[name][0].partial
+
+
+def test_the_page_tells_everything(made):
+    d, _ = made['three_effects']
+    text = unescape(render(d))
+    for finding in d.findings:
+        assert finding.sentence in text
+        assert finding.equation in text
+        assert words.plain(finding.effect) in text
+    for part in ('cannot tell it from radiation', '0.347 (0.339 to 0.356)', '42 % of the misfit', 'no slow part'):
+        assert part in text
+    for part in ('temperature 45 to 80 degC', 'next_protocol.yaml', 'probability 93 %', 'lab/run_2', d.notes[0]):
+        assert part in text
+
+
+def test_what_others_wrote_is_text_on_the_page(made):
+    d, _ = made['creep']
+    evil = '<img src="https://example.org/x" onerror="x()"> & "quoted"'
+    recordings = tuple(replace(r, path=evil, issues=(evil,)) for r in d.recordings)
+    found = replace(d.findings[0], sentence=evil, equation=evil, effect=evil)
+    page = _Page(render(replace(d, headline=evil, recordings=recordings, findings=(found,), notes=(evil,))))
+    assert all(tag != 'img' for tag, _ in page.tags)
+    assert page.said[0] == evil
+
+
+@pytest.mark.parametrize('name', ALL)
+def test_the_terminal_has_twenty_lines(made, name):
+    d, _ = made[name]
+    text = summary(d, 'report.html')
+    lines = text.splitlines()
+    assert len(lines) <= LINES == 20
+    assert max(len(line) for line in lines) <= WIDTH
+    assert text.startswith(d.headline[:60])
+    assert d.verdict in text
+    assert ('partial' in text) == d.partial
+    assert lines[-1] == 'report: report.html'
+    for finding in d.findings:
+        assert words.plain(finding.effect) in text
+
+
+def test_the_terminal_says_where_what_and_how_well(made):
+    text = summary(made['creep'][0])
+    assert 'J 0.347 (0.339 to 0.356), tau50 25.1 (24.0 to 26.3) s' in text
+    assert 'mechanical stage, displacement, cooling and transition; 71 % at temperature 45 to 80 degC' in text
+    assert '0.0411 mm' in text
+    assert 'not to be told from radiation' in summary(made['convection_or_radiation'][0])
+
+
+@pytest.mark.parametrize('name', ['creep', 'convection_or_radiation', 'three_effects', 'sensor_or_setup', 'match'])
+def test_improved_loads_and_is_the_improved_muscle(made, reports, name):
+    d, _ = made[name]
+    loaded = read(reports / name / 'improved.yaml').parameters
+    assert loaded.effects == tuple(e for e in d.improved.effects if EFFECTS[e].stage != 'sensor')
+    names = [n for n in loaded if '.' not in n or n.split('.')[0] in loaded.effects]
+    assert {n: loaded[n] for n in names} == pytest.approx({n: d.improved[n] for n in names}, rel=1e-12)
+
+
+def test_improved_replays_to_the_error_of_the_report(tmp_path):
+    d, (first, _) = creep()
+    write_improved(tmp_path / 'improved.yaml', d)
+    compared_now = replay(first, read(tmp_path / 'improved.yaml').parameters)['displacement']
+    error = compared_now.recorded - compared_now.predicted
+    assert np.std(error) == pytest.approx(np.std(d.series[0][2].recorded - d.series[0][2].after), rel=0.05)
+
+
+def test_improved_says_what_it_is_and_how_sure(made, tmp_path):
+    d, _ = made['creep']
+    write_improved(tmp_path / 'improved.yaml', d, {'load_n': 0.59})
+    text = (tmp_path / 'improved.yaml').read_text()
+    assert text.startswith('# A muscle improved by tcp_muscle diagnose from 2 recordings.')
+    lines = {line.split(':')[0].strip(): line for line in text.splitlines() if '#' in line[4:]}
+    assert lines['creep.J'].endswith('90 %: 0.339 to 0.356')
+    assert lines['k0'].endswith('not fixed by the data')
+    assert 'Table 1' in lines['L0']
+    assert read(tmp_path / 'improved.yaml').operating == {'load_n': 0.59}
+
+
+def test_an_interval_that_belongs_to_another_value_is_not_written(made, tmp_path):
+    d, _ = made['creep']
+    far = replace(d, improved=d.improved.replace(hA=2.0 * NOMINAL['hA']))
+    write_improved(tmp_path / 'improved.yaml', far)
+    (line,) = (line for line in (tmp_path / 'improved.yaml').read_text().splitlines() if ' hA: ' in line)
+    assert line.endswith('fitted')
+
+
+def test_the_next_protocol_reads_back(made, reports):
+    proposal = made['convection_or_radiation'][0].next_experiment
+    protocol = read_protocol(reports / 'convection_or_radiation' / 'next_protocol.yaml')
+    assert (protocol.rate_hz, protocol.kind, protocol.end, protocol.repeat) == (20.0, 'current', 'load', 2)
+    assert protocol.load == 0.59
+    read_back = [(s.duration, s.value.start, s.value.end, s.load.start) for s in protocol.segments]
+    assert read_back == [(step.duration, step.current, step.current, step.load) for step in proposal.steps]
+    assert not (reports / 'creep' / 'next_protocol.yaml').exists()
+
+
+def test_a_proposal_for_a_spring_keeps_the_spring(tmp_path):
+    d, (made,) = convection_or_radiation()
+    holding = replace(made.holding, end='spring', spring_rate=30.0, spring_rest_length=0.01)
+    odd = replace(d.next_experiment, end='spring', reason='two\nlines: # and more', power=float('nan'), rate=12.5)
+    write_protocol(tmp_path / 'next.yaml', odd, holding)
+    protocol = read_protocol(tmp_path / 'next.yaml')
+    assert protocol.end_options == {'spring_rate_n_per_m': 30.0, 'spring_rest_length_m': 0.01}
+
+
+def test_the_overlay_holds_recorded_before_and_after_of_each_recording(made, reports):
+    d, experiments = made['creep']
+    for k, series in enumerate(d.series):
+        for part in ('recorded', 'before', 'after'):
+            bag = read_bag(reports / 'creep' / 'overlay', namespace=f'/recording_{k + 1}/{part}')
+            for s in series:
+                np.testing.assert_allclose(bag[s.channel].value, getattr(s, part), rtol=1e-12)
+                np.testing.assert_allclose(bag[s.channel].time, s.time, atol=1e-6)
+    assert 'current' in read_bag(reports / 'match' / 'overlay', namespace='/recorded')
+    assert len(experiments) == 2
+
+
+def test_figures_show_what_there_is(made, reports):
+    drawn = {name: {path.stem for path in (reports / name / 'figures').iterdir()} for name in made}
+    assert drawn['convection_or_radiation'] == {'channels', 'driver', 'loop', 'ranking', 'experiment'}
+    assert drawn['match'] == {'channels', 'driver', 'loop'}
+    assert drawn['insufficient_data'] == set()
+    assert all(path.stat().st_size > 5000 for path in reports.glob('*/figures/*.png'))
+
+
+def test_figures_speak_of_the_recording_and_channel_that_show_most(made):
+    d, _ = made['creep']
+    assert telling_channel(d) == 'displacement'
+    assert telling_recording(d) == 1
+    assert [model.part for model in compared(d)] == ['before', 'after']
+    assert [model.part for model in compared(made['wrong_parameters'][0])] == ['nominal', 'before']
+    assert telling_channel(made['wrong_parameters'][0]) == 'displacement'
+
+
+def test_long_recordings_are_thinned_and_odd_ones_are_drawn(tmp_path):
+    assert thin(10).tolist() == list(range(10))
+    assert thin(1_000_000).size == 3000
+    assert thin(1_000_000)[[0, -1]].tolist() == [0, 999_999]
+    d, _ = match()
+    few = tuple(
+        replace(s, **{f: getattr(s, f)[:2] for f in s.__dataclass_fields__ if f != 'channel'}) for s in d.series[0]
+    )
+    assert draw_all(tmp_path, replace(d, series=(few,), noise={}))
+    long, _ = ALL['creep']()
+    made = experiment(NOMINAL, duration=1500.0, rate=2.0)
+    d = replace(long, series=(series_of(made, NOMINAL, NOMINAL, NOMINAL),))
+    assert draw_all(tmp_path, d)
+
+
+def test_a_report_is_never_overwritten(made, tmp_path):
+    d, experiments = made['insufficient_data']
+    (tmp_path / 'empty').mkdir()
+    write_report(tmp_path / 'empty', d, experiments)
+    with pytest.raises(BadInput, match='not empty'):
+        write_report(tmp_path / 'empty', d, experiments)
+    (tmp_path / 'file').write_text('kept')
+    with pytest.raises(BadInput, match='is a file'):
+        refuse_report(tmp_path / 'file')
+    with pytest.raises(BadInput, match='does not exist'):
+        refuse_report(tmp_path / 'no' / 'such')
+
+
+def test_sensor_effects_stay_out_of_the_muscle(tmp_path):
+    d, _ = sensor_or_setup()
+    assert 'thermocouple_lag' in d.improved.effects
+    write_improved(tmp_path / 'improved.yaml', d)
+    body = (tmp_path / 'improved.yaml').read_text().split('ros__parameters')[1]
+    assert 'thermocouple_lag' not in body
+
+
+@pytest.mark.parametrize(
+    ('value', 'text'),
+    [
+        (Value(0.1, 0.092, 0.108, 'N/m'), '0.100 (0.092 to 0.108) N/m'),
+        (Value(25.13, 24.02, 26.31, 's'), '25.1 (24.0 to 26.3) s'),
+        (Value(-3.5e-6, -3.6e-6, -3.4e-6, '1/K^2'), '-3.5e-06 (-3.6e-06 to -3.4e-06) 1/K^2'),
+        (Value(1.0, float('nan'), float('nan'), '1'), '1.00'),
+        (Value(0.0, -0.1, 0.1, 'K'), '0.00 (-0.10 to 0.10) K'),
+    ],
+)
+def test_a_value_is_read_with_its_interval(value, text):
+    assert words.value_text(value) == text
