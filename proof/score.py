@@ -2,8 +2,8 @@
 
 python -m proof.score DIR REPORTS --labels LABELS [--json FILE] [--log FILE]
 
-DIR is what proof.generate wrote (its SEAL is checked), REPORTS has <case>/report.json in the schema tcp_muscle_ros/diagnosis-1.
-A case without a report counts as a failure wherever it should have been solved. Every scoring of a sealed suite is
+DIR is what proof.generate wrote (its SEAL is checked), REPORTS has <case>/report.json in the schema of the diagnosis. A
+case without a report counts as a failure wherever it should have been solved. Every scoring of a sealed suite is
 appended to the log.
 """
 
@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -99,7 +100,7 @@ def matched(findings: Sequence[dict[str, Any]], truth: Sequence[str]) -> bool:
 
 
 def gap_closed(answer: Answer) -> float | None:
-    """The share of the way from the recalibrated model to the noise that the improved one went, in its worst channel."""
+    """How far the improved model went from the recalibrated one to the noise, as a share, in the worst channel."""
     best: tuple[float, float] | None = None
     for channel, fit in ((answer.report or {}).get('fit') or {}).items():
         noise = answer.label['noise'].get(channel)
@@ -169,9 +170,7 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         rate('single, nothing else named', '', seen, lambda a: matched(a.findings, a.truth)),
         number('mean size of the set', '<= 1.5', [len(named(a.findings[0])) for a in seen if a.findings], np.mean),
         rate('undetectable single: no false name', '', unseen, lambda a: not a.physics or _true(a)),
-        rate(
-            'two effects, exactly', '>= 75 %', two, lambda a: sorted(f['effect'] for f in a.findings) == sorted(a.truth)
-        ),
+        rate('two effects, exactly', '>= 75 %', two, exact),
         rate('two effects, as sets', '', two, lambda a: matched(a.findings, a.truth)),
         rate('two effects, one at least', '', two, lambda a: any(named(f) & set(a.truth) for f in a.findings)),
         rate('three effects, as sets', '', three, lambda a: matched(a.findings, a.truth)),
@@ -184,6 +183,11 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         number('held-out gap closed, 10th percentile', '>= 0.80', gaps, lambda v: float(np.percentile(v, 10))),
         {**rate('90 % intervals that cover', '85 to 95 %', [], lambda a: True), **_count(inside)},
     ]
+
+
+def exact(answer: Answer) -> bool:
+    """Are just the true effects named?"""
+    return sorted(str(finding['effect']) for finding in answer.findings) == sorted(answer.truth)
 
 
 def _true(answer: Answer) -> bool:
@@ -227,7 +231,7 @@ def power_curve(answers: Sequence[Answer]) -> list[Row]:
     """Singles by how far they stand out of the noise after a refit."""
     singles = [a for a in answers if a.label['kind'] == 'single']
     rows = []
-    for low, high in zip(PEAKS[:-1], PEAKS[1:], strict=True):
+    for low, high in pairwise(PEAKS):
         here = [a for a in singles if low <= a.peak < high]
         label = f'{low:g} to {high:g}' if np.isfinite(high) else f'over {low:g}'
         name = [a.label['effects'][0]['effect'] for a in here]

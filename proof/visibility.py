@@ -1,8 +1,8 @@
-"""How much of a concealed effect is left once the resolved model has been refitted: what decides if a case can be solved.
+"""How much of a concealed effect is left once the resolved model has been refitted: can the case be solved at all?
 
 The refit is of the resolved model written a second time, as one lumped temperature on the ticks; its seven parameters,
-the ambient temperature and the zero of displacement of each recording may move. What they cannot absorb is compared with
-the noise: as rms, in the 10 s where it is largest, and whitened as a matched filter would see it.
+the ambient temperature and the zero of displacement of each recording may move. What they cannot absorb is compared
+with the noise: as rms, in the 10 s where it is largest, and whitened as a matched filter would see it.
 """
 
 from collections.abc import Sequence

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class Bench:
         """A bench with nothing concealed."""
         return cls(body, plain(body))
 
-    def set(self, **numbers: object) -> None:
+    def set(self, **numbers: Any) -> None:
         """Replace numbers of the plant."""
         self.plant = self.plant._replace(**numbers)
 

@@ -1,10 +1,10 @@
 """The truth's muscle as numbers, and its integration in time.
 
-Whatever is a function of one variable is a table (resistivity, heat loss, stiffness ... over temperature; piezoresistance,
-exposed area, contact force over length; the spring over extension), so any form can be concealed without a line here.
-What has memory is written out. The muscle is a grid: axial nodes along the coil, radial shells in the fibre (0 = skin).
-Temperatures in degC, otherwise SI. Steps of about 5 ms: Heun for heat, exact exponentials for relaxations, a balance of
-forces for the length.
+Whatever is a function of one variable is a table (resistivity, heat loss, stiffness ... over temperature;
+piezoresistance, exposed area, contact force over length; the spring over extension), so any form can be concealed
+without a line here. What has memory is written out. The muscle is a grid: axial nodes along the coil, radial shells in
+the fibre (0 = skin). Temperatures in degC, otherwise SI. Steps of about 5 ms: Heun for heat, exact exponentials for
+relaxations, a balance of forces for the length.
 """
 
 import math
@@ -24,7 +24,7 @@ SIGMA = 5.670374e-8
 KELVIN = 273.15
 GRAVITY = 9.80665
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+Array = np.ndarray[Any, Any]
 
 T_GRID: Array = T_LOW + T_STEP * np.arange(T_COUNT)
 H_GRID: Array = H_STEP * np.arange(H_COUNT)
@@ -270,9 +270,9 @@ def run(
 ) -> tuple[Array, float, float]:
     """Integrate over the ticks `time`; inputs hold from their tick to the next.
 
-    ambient, wind (hA factor) and slip (m added to the length at that tick) are the environment's. dose: half cycles of 57 K
-    that the muscle has behind it. Returns a column for each of SKIN..WATER, the zero of displacement (the length at rest at
-    T0 under the first load), and the new dose.
+    ambient, wind (hA factor) and slip (m added to the length at that tick) are the environment's. dose: cycles of 57 K
+    that the muscle has behind it. Returns a column for each of SKIN..WATER, the zero of displacement (the length at
+    rest at T0 under the first load), and the new dose.
     """
     n = len(time)
     nodes, shells = p.axial_nodes, len(p.shell_share)
@@ -334,8 +334,8 @@ def run(
     F_prev = F
     mean = ambient[0]
 
-    # Pass -1 settles the length; pass k goes from tick k to k + 1 and then writes the state of tick k + 1: a state is what
-    # was before the inputs of its own tick act.
+    # Pass -1 settles the length; pass k goes from tick k to k + 1 and then writes the state of tick k + 1: a state is
+    # what was before the inputs of its own tick act.
     for k in range(-1, n - 1):
         now = time[max(k, 0)]
         steps = substeps if k >= 0 else 1
@@ -455,8 +455,9 @@ def run(
                 pull = math.sinh(F / p.flow_scale) / math.sinh(0.6 / p.flow_scale)
                 flowed += h * p.flow_rate * pull * math.exp(p.flow_heat * (mean - 60.0))
             elif p.flow == 2:
-                pull = (F / 0.6) ** p.flow_scale / (1.0 + flowed / 2e-3)
-                flowed += h * p.flow_rate * pull * math.exp(p.flow_heat * (mean - 60.0))
+                pull = (F / 0.6) ** p.flow_scale / (1.0 + flowed / 0.5e-3)
+                barrier = p.flow_heat * 333.15**2  # K; the same slope at 60 degC
+                flowed += h * p.flow_rate * pull * math.exp(barrier * (1.0 / 333.15 - 1.0 / (mean + KELVIN)))
             if p.twist > 0.0:
                 goal = p.twist * F / 0.6 * max(mean - p.T0, 0.0) / 47.0
                 turned += (goal - turned) * h / p.twist_tau

@@ -9,7 +9,7 @@ from proof.truth.plant import H_GRID, KELVIN, NONE, T_GRID, Array
 
 
 def air(film: Array) -> tuple[Array, Array, float, Array]:
-    """Dry air at a film temperature in kelvin: conductivity, kinematic viscosity, Prandtl number, expansion coefficient."""
+    """Dry air at a film temperature, K: conductivity, kinematic viscosity, Prandtl number, thermal expansion."""
     ratio = film / 300.0
     return 0.0263 * ratio**0.85, 1.589e-5 * ratio**1.72, 0.707, 1.0 / film
 

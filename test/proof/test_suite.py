@@ -1,0 +1,219 @@
+"""Suites: reproducible from their seed, bags that are readable, labels that are sealed, scores that are right."""
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+
+from proof.cases import FULL, PHYSICS, composition, make_case, signals_of
+from proof.extend import extend
+from proof.generate import generate
+from proof.recordings import Noise
+from proof.score import Answer, matched, read, scores, wilson
+from proof.truth import EFFECTS
+from proof.visibility import Refit, stack, visibility
+
+CASES = 6
+OUTPUTS = ('temperature', 'resistance', 'displacement', 'force')
+TOPICS = {f'/{name}' for name in (*OUTPUTS, 'load', 'current', 'power', 'voltage')}
+
+
+@pytest.fixture(scope='module')
+def suite(tmp_path_factory) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp('suite')
+    directory, labels = folder / 'cases', folder / 'labels.json'
+    generate('development', CASES, 4, directory, labels, jobs=1)
+    return directory, labels
+
+
+def test_the_full_suite_has_what_was_promised():
+    wanted = composition('sealed', 0, 7)
+    kinds = [kind for kind, _ in wanted]
+    assert {kind: kinds.count(kind) for kind in FULL} == FULL
+    assert sum(FULL.values()) >= 400
+    assert {what for kind, what in wanted if kind == 'single'} == set(PHYSICS)
+
+
+@pytest.mark.parametrize('cases', [1, 7, 40, 399])
+def test_a_smaller_suite_has_as_many_cases_as_asked_for(cases):
+    assert len(composition('development', cases, 1)) == cases
+
+
+def test_the_suites_differ_in_seeds_and_in_forms():
+    one, two = (make_case(suite, 1, 0, 'single', 'creep') for suite in ('development', 'sealed'))
+    assert one.concealed[0].form != two.concealed[0].form
+    assert one.lab.body != two.lab.body
+
+
+def test_a_seed_gives_the_same_bags_and_labels_again(suite, tmp_path):
+    directory, labels = suite
+    again = tmp_path / 'again'
+    generate('development', CASES, 4, again, tmp_path / 'labels.json', jobs=1)
+    assert (tmp_path / 'labels.json').read_bytes() == labels.read_bytes()
+    for bag in sorted(directory.glob('*/*/*.mcap')):
+        assert (again / bag.relative_to(directory)).read_bytes() == bag.read_bytes(), bag
+    assert sorted(p.relative_to(directory) for p in directory.rglob('*')) == sorted(
+        p.relative_to(again) for p in again.rglob('*')
+    )
+
+
+def test_bags_have_the_topics_of_the_contract(suite):
+    directory, _ = suite
+    kinds = {'/temperature': 'sensor_msgs/msg/Temperature'}
+    for bag in sorted(directory.glob('*/recording_*')):
+        with AnyReader([bag]) as reader:
+            topics = {c.topic: c.msgtype for c in reader.connections}
+            assert set(topics) <= TOPICS
+            assert len(set(topics) & {'/current', '/power', '/voltage'}) == 1
+            last = 0
+            for connection, logged, raw in reader.messages():
+                message = reader.deserialize(raw, connection.msgtype)
+                assert topics[connection.topic] == kinds.get(connection.topic, 'std_msgs/msg/Float64')
+                assert logged >= last
+                last = logged
+                if connection.topic == '/temperature':
+                    stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+                    assert 0 < logged - stamp < 1_000_000  # ns
+                    assert 15.0 < message.temperature < 130.0
+                    assert message.variance > 0.0
+                else:
+                    assert np.isfinite(message.data)
+
+
+def test_resistance_is_only_there_while_current_flows(suite):
+    directory, _ = suite
+    seen = False
+    for bag in sorted(directory.glob('*/recording_*')):
+        with AnyReader([bag]) as reader:
+            if {'/current', '/resistance'} <= set(reader.topics):
+                times: dict[str, list[tuple[int, float]]] = {'/current': [], '/resistance': []}
+                chosen = [c for c in reader.connections if c.topic in times]
+                for connection, logged, raw in reader.messages(chosen):
+                    times[connection.topic].append((logged, reader.deserialize(raw, connection.msgtype).data))
+                logged, current = np.array(times['/current']).T
+                at = np.searchsorted(logged, [t - 1_000_000 for t, _ in times['/resistance']])
+                # a supply that lags has current for a moment after it was told to stop
+                assert np.mean(current[np.clip(at, 0, len(current) - 1)] > 0.003) > 0.97
+                assert len(times['/resistance']) < len(current)
+                seen = True
+    assert seen
+
+
+def test_labels_are_sealed_and_not_among_the_cases(suite, tmp_path):
+    directory, labels = suite
+    seal = (directory / 'SEAL').read_text().split()[0]
+    assert hashlib.sha256(labels.read_bytes()).hexdigest() == seal
+    assert not [p for p in directory.rglob('*') if p.suffix not in ('.mcap', '.yaml', '') or 'label' in p.name]
+    names = set(EFFECTS)
+    for path in directory.rglob('*'):
+        if path.is_file() and path.name != 'SEAL':
+            content = path.read_bytes()
+            assert not [name for name in names if name.encode() in content], path
+    forged = tmp_path / 'labels.json'
+    forged.write_text(labels.read_text().replace('single', 'null'))
+    with pytest.raises(SystemExit, match='SHA-256'):
+        read(directory, tmp_path, forged)
+
+
+def test_an_invisible_effect_is_labelled_undetectable_and_an_obvious_one_is_not():
+    case = make_case('development', 3, 0, 'single', 'contact_resistance')
+    assert not visibility(case, signals_of(case))[0]['detectable']
+    for seed in range(8):
+        case = make_case('development', seed, 0, 'single', 'natural_convection')
+        assert visibility(case, signals_of(case))[0]['detectable']
+
+
+def test_a_plain_muscle_leaves_nothing_after_the_refit():
+    case = make_case('development', 2, 1, 'null', '')
+    refit = Refit(case)
+    left = refit.measure(refit.left(stack(signals_of(case))))
+    assert max(left['peak'].values()) < 0.1
+    assert not left['detectable']
+
+
+def test_noise_has_the_spectrum_it_claims():
+    noise = Noise(sigma=0.3, coloured=0.6, pole=0.9, quantum=0.0, lost=0.0, bursts=0)
+    rng = np.random.default_rng(1)
+    n = 256
+    power = np.mean([np.abs(np.fft.rfft(noise.draw(rng, n))) ** 2 / n for _ in range(2000)], axis=0)
+    assert power[2:-1] / noise.density(n)[2:-1] == pytest.approx(1.0, abs=0.15)
+
+
+def test_an_experiment_can_be_added_to_a_sealed_case(suite, tmp_path):
+    directory, labels = suite
+    name = json.loads(labels.read_text())['cases'][0]['case']
+    before = len(list((directory / name).glob('recording_*')))
+    protocol = tmp_path / 'next.yaml'
+    protocol.write_text(
+        'rate_hz: 20\nsegments: [{duration_s: 10, value: 0.1, load_n: 0.4}, {duration_s: 5, value: [0.1, 0]}]'
+    )
+    bag = extend(directory, name, protocol, labels)
+    assert bag.name == f'recording_{before}'
+    with AnyReader([bag]) as reader:
+        assert reader.duration == pytest.approx(15e9, rel=0.02)
+
+
+# --- scores -----------------------------------------------------------------------------------------------------------
+
+
+def answer(kind: str, effects: list[str], findings: list[dict], verdict: str = 'missing_physics', **label) -> Answer:
+    visible = {'detectable': True, 'peak': {'temperature': 9.0}}
+    truth = [{'effect': e, 'stage': EFFECTS[e].stage, 'visibility': visible} for e in effects]
+    full = {
+        'kind': kind,
+        'effects': truth,
+        'verdicts': ['match'],
+        'noise': {},
+        'parameters': {'hA': 0.02},
+        'what': '',
+        **label,
+    }
+    return Answer(full, {'verdict': verdict, 'findings': findings})
+
+
+def finding(effect: str, *alike: str) -> dict:
+    return {'effect': effect, 'stage': EFFECTS[effect].stage, 'indistinguishable_from': list(alike)}
+
+
+def value(answers: list[Answer], name: str):
+    return next(row['value'] for row in scores(answers) if row['score'] == name)
+
+
+def test_scores_count_what_they_say():
+    answers = [
+        answer('single', ['creep'], [finding('creep')]),
+        answer('single', ['radiation'], [finding('natural_convection', 'radiation')]),
+        answer('single', ['friction'], []),
+        answer('null', [], []),
+        answer('null', [], [finding('creep')]),
+        answer('decoy', ['thermocouple_lag'], [finding('thermocouple_lag')]),
+        answer('double', ['creep', 'radiation'], [finding('natural_convection', 'radiation'), finding('creep')]),
+    ]
+    assert value(answers, 'single named first') == pytest.approx(1 / 3)
+    assert value(answers, 'single in the reported set') == pytest.approx(2 / 3)
+    assert value(answers, 'false physics on nulls') == 0.5
+    assert value(answers, 'decoys named as physics') == 0.0
+    assert value(answers, 'two effects, exactly') == 0.0
+    assert value(answers, 'two effects, as sets') == 1.0
+    assert value(answers, 'mean size of the set') == 1.5
+
+
+def test_a_missing_report_is_a_failure():
+    label = answer('single', ['creep'], []).label
+    assert value([Answer(label, None)], 'single named first') == 0.0
+    assert value([Answer(label, None)], 'reports written') == 0.0
+
+
+def test_sets_are_matched_one_to_one():
+    both = finding('creep', 'friction')
+    assert matched([both, finding('friction')], ['friction', 'creep'])
+    assert not matched([both, finding('radiation')], ['friction', 'creep'])
+    assert not matched([both], ['friction', 'creep'])
+
+
+def test_wilson_intervals_are_those_of_the_textbook():
+    assert wilson(0, 30) == pytest.approx((0.0, 0.1135), abs=1e-3)  # 0 of 30 only shows less than 11 %
+    assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-3)  # Newcombe 1998
