@@ -61,7 +61,7 @@ class Experiment:
     known: Mapping[str, object] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
-    def outputs(self, parameters: Parameters, temperature: float | None = None) -> Outputs:
+    def outputs(self, parameters: Parameters, temperature: float | None = None, resolution: float = 1.0) -> Outputs:
         """The model's outputs at ``imposed.time``; ``temperature`` (K) at the start, default the ambient."""
         imposed, holding = self.imposed, self.holding
         return simulate(
@@ -77,6 +77,7 @@ class Experiment:
             spring_rate=holding.spring_rate,
             spring_rest_length=holding.spring_rest_length,
             temperature=temperature,
+            resolution=resolution,
         )
 
     def predict(self, parameters: Parameters, temperature: float | None = None) -> dict[str, Array]:

@@ -21,6 +21,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 
 FLOATING_ZERO = ('displacement', 'force')  # channels whose zero is a convention of the rig
 _STEP = 1e-5
+_RESOLUTION = 0.2
 # Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.
 _SURVIVED, _MELTING_SPREAD = 273.15 + 220.0, 5.0  # K
 _WORKERS = 2
@@ -61,7 +62,7 @@ class Problem:
         if ambient is not None:
             imposed = replace(experiment.imposed, ambient=np.full(experiment.imposed.time.size, ambient))
             experiment = replace(experiment, imposed=imposed)
-        return experiment.outputs(self.muscle(values, recording), values.get((START, recording)))
+        return experiment.outputs(self.muscle(values, recording), values.get((START, recording)), _RESOLUTION)
 
     def predict(self, values: Values, recording: int) -> dict[str, Array]:
         """What the model shows in one recording at the observed instants (SI)."""
