@@ -116,7 +116,8 @@ class Structure:
 
     ``noise``: size and colour of what it leaves; ``inflation``: how much the variance of slow sums exceeds that of the
     assumed colour (1: nothing beyond it); ``gain``: drop of the whitened sum of squares, over the columns' number
-    ``terms``; ``fitted``: its prediction, one array a recording (SI).
+    ``terms``; ``fitted``: its prediction, one array a recording (SI); ``confirmed``: fitted without one part of the
+    data, it predicts that part better than nothing does.
     """
 
     noise: Noise
@@ -124,6 +125,7 @@ class Structure:
     gain: float
     terms: int
     fitted: tuple[Array, ...]
+    confirmed: bool
 
     @property
     def significant(self) -> bool:
@@ -154,7 +156,26 @@ def structure(residuals: Sequence[Array], times: Sequence[Array], found: Sequenc
     inflation = slow_variance(rest, times, sizes)
     gain = float(white @ white - rest @ rest) / inflation
     terms = int(np.linalg.matrix_rank(white_columns))
-    return Structure(noise, inflation, gain, terms, tuple(c @ coefficients for c in columns))
+    fitted = tuple(c @ coefficients for c in columns)
+    return Structure(noise, inflation, gain, terms, fitted, _confirmed(white, white_columns, times, sizes))
+
+
+def _confirmed(white: Array, columns: Array, times: Sequence[Array], sizes: Sequence[int]) -> bool:
+    """Leave out each recording (or each quarter of a single one): does the misfit of the left out part fall?"""
+    if len(sizes) > 1:
+        label = np.repeat(np.arange(len(sizes)), sizes)
+    else:
+        label = np.minimum((4.0 * (times[0] - times[0][0]) / max(float(np.ptp(times[0])), 1e-9)).astype(int), 3)
+    drops = []
+    for part in range(int(label.max()) + 1):
+        inside = label == part
+        if not inside.any() or inside.all():
+            continue
+        predicted = columns[inside] @ _solve(columns[~inside], white[~inside])
+        drop = white[inside] ** 2 - (white[inside] - predicted) ** 2
+        drops.extend(np.add.reduceat(drop, np.arange(0, drop.size, max(1, drop.size // 12))).tolist())
+    total, spread = float(np.sum(drops)), float(np.std(drops) * np.sqrt(len(drops)))
+    return len(drops) > 3 and total > 2.0 * spread
 
 
 def _solve(columns: Array, values: Array) -> Array:

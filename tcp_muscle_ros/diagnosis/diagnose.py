@@ -1,0 +1,461 @@
+"""Diagnose: calibrate, is the misfit real, where, which physics, how sure, what else, what next, and the better muscle.
+
+The steps are those of docs/diagnosis.md; each is a module of this room, this one only calls them in order.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, quick_noise, unit_of
+from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
+from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.findings import (
+    Change,
+    ChannelFit,
+    Diagnosis,
+    Finding,
+    Location,
+    NotTestable,
+    Proposal,
+    Ranked,
+    RecordingSummary,
+    Series,
+    Unexplained,
+    Value,
+)
+from tcp_muscle_ros.diagnosis.fitting import FLOATING_ZERO, Fit
+from tcp_muscle_ros.diagnosis.generic import Structure, drivers
+from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
+from tcp_muscle_ros.diagnosis.next_experiment import propose
+from tcp_muscle_ros.diagnosis.selection import AMBIGUOUS, THRESHOLD, Chosen, Selection, select
+from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
+
+# Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
+LEAST_SIGNAL = 3.0
+# A generic misfit that keeps more than this share of what was there has not been explained by the named effects.
+STILL_UNEXPLAINED = 0.35
+_LEAST_SAMPLES = 30
+_INERTIA_RATE = 15.0  # Hz: a hanging weight rings at 2 to 5 Hz
+
+
+class Interrupted(Exception):
+    """Ctrl-C: ``partial`` is what was known by then."""
+
+    def __init__(self, partial: Diagnosis) -> None:
+        super().__init__('interrupted')
+        self.partial = partial
+
+
+def diagnose(
+    experiments: Sequence[Experiment],
+    nominal: Parameters,
+    *,
+    seed: int = 0,
+    progress: Callable[[], None] | None = None,
+) -> Diagnosis:
+    """Diagnose recordings of one muscle against a nominal muscle.
+
+    Args:
+        experiments: prepared recordings.
+        nominal: the muscle as the user believes it to be.
+        seed: kept in the report; the engine draws nothing at random, so every seed gives the same report.
+        progress: called now and then.
+
+    Raises:
+        Interrupted: on Ctrl-C, with what is known.
+    """
+    work = _Work(tuple(experiments), nominal, progress)
+    try:
+        return work.done()
+    except KeyboardInterrupt:
+        raise Interrupted(work.partial()) from None
+
+
+class _Work:
+    """The diagnosis while it is being made, so that an interruption keeps what is there."""
+
+    def __init__(
+        self, experiments: tuple[Experiment, ...], nominal: Parameters, progress: Callable[[], None] | None
+    ) -> None:
+        self.experiments, self.nominal, self.progress = experiments, nominal, progress
+        self.calibration: Calibration | None = None
+        self.selection: Selection | None = None
+        self.seconds: dict[str, float] = {}
+
+    def done(self) -> Diagnosis:
+        why = insufficient(self.experiments)
+        if why:
+            return self._without_result('insufficient_data', why)
+        start = time.monotonic()
+        self.calibration = calibrate(self.experiments, self.nominal, progress=self.progress)
+        self.seconds['calibrate'] = time.monotonic() - start
+        if not any(e.fixed for e in (*self.calibration.estimates, *self.calibration.combinations)):
+            return self._without_result('insufficient_data', 'the recordings fix none of the parameters')
+        start = time.monotonic()
+        self.selection = select(self.calibration.fit, candidates_for(self.experiments), self.progress)
+        self.seconds['select'] = time.monotonic() - start
+        return _conclude(self.selection, self.nominal, self.seconds)
+
+    def partial(self) -> Diagnosis:
+        if self.calibration is None:
+            return self._without_result('insufficient_data', 'interrupted before the calibration was done', True)
+        return self._without_result(
+            'insufficient_data', 'interrupted: the muscle was calibrated, effects were not selected', True
+        )
+
+    def _without_result(self, verdict: str, why: str, partial: bool = False) -> Diagnosis:
+        fitted = self.calibration.fit if self.calibration else None
+        return Diagnosis(
+            headline=f'No verdict: {why}.',
+            verdict=verdict,
+            recordings=summaries(self.experiments),
+            noise={name: n.sigma for name, n in quick_noise(self.experiments).items()},
+            calibration=_values(fitted, self.nominal) if fitted else {},
+            sensors={},
+            location=None,
+            findings=(),
+            fit={},
+            ranking=(),
+            not_testable=tuple(NotTestable(e, 'nothing was tested: ' + why) for e in EFFECTS),
+            unexplained=None,
+            next_experiment=None,
+            nominal=self.nominal,
+            improved=fitted.muscle if fitted else self.nominal,
+            partial=partial,
+            seconds=self.seconds,
+        )
+
+
+def insufficient(experiments: Sequence[Experiment]) -> str | None:
+    """Why nothing can be concluded: too few samples, or a drive and a load that never change."""
+    samples = max(o.time.size for e in experiments for o in e.observed.values())
+    if samples < _LEAST_SAMPLES:
+        return f'the longest channel has {samples} samples, at least {_LEAST_SAMPLES} are needed'
+    driven = any(np.ptp(e.imposed.drive) > 0.0 and np.max(np.abs(e.imposed.drive)) > 1e-6 for e in experiments)
+    if not driven:
+        return 'the input never changes, so nothing excites the muscle'
+    noise = quick_noise(experiments)
+    moves = any(np.ptp(o.value) > 12.0 * noise[name].sigma for e in experiments for name, o in e.observed.items())
+    return None if moves else 'no channel moves beyond its noise'
+
+
+def candidates_for(experiments: Sequence[Experiment]) -> list[str]:
+    """The effects that are tried: all but those that no single muscle shows, or that these are sampled too slowly for."""
+    rate = max(_rate(e) for e in experiments)
+    blocked = all(e.holding.end == 'blocked' for e in experiments)
+    skipped = set(NEVER_TESTABLE)
+    if rate < _INERTIA_RATE or blocked:
+        skipped.add('inertia')
+    return [name for name in EFFECTS if name not in skipped]
+
+
+def _rate(experiment: Experiment) -> float:
+    densest = max(experiment.observed.values(), key=lambda o: o.time.size)
+    return 1.0 / max(float(np.median(np.diff(densest.time))), 1e-9) if densest.time.size > 1 else 0.0
+
+
+def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]:
+    """Each recording as it was read."""
+    found = []
+    for e in experiments:
+        count = max(float(o.count.sum()) for o in e.observed.values())
+        channels = (e.imposed.kind, *e.observed)
+        found.append(RecordingSummary(e.name, e.duration, count / max(e.duration, 1e-9), channels, e.notes))
+    return tuple(found)
+
+
+def _values(fitted: Fit, nominal: Parameters) -> dict[str, Value]:
+    """The calibrated parameters of the muscle, with intervals."""
+    found = {}
+    for k, u in enumerate(fitted.problem.unknowns):
+        if u.recording is not None or '.' in u.name or u.name in (AMBIENT, START):
+            continue
+        low, high = fitted.interval(k)
+        value = u.from_fit(float(fitted.z[k]))
+        fixed = bool(np.sqrt(fitted.covariance[k, k]) < 0.5 * u.prior_spread)
+        edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
+        found[u.name] = Value(value, low, high, unit_of(u.name), nominal[u.name], fixed, edge)
+    return found
+
+
+def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
+    found = {}
+    for k, u in enumerate(fitted.problem.unknowns):
+        if not u.name.startswith(f'{effect}.'):
+            continue
+        low, high = fitted.interval(k)
+        value = u.from_fit(float(fitted.z[k]))
+        edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
+        row = SPECIFICATIONS[u.name]
+        usual = float('nan') if EFFECTS[effect].strength == row.name else row.value
+        fixed = bool(np.sqrt(fitted.covariance[k, k]) < 0.5 * u.prior_spread)
+        found[row.name] = Value(value, low, high, row.unit, usual, fixed, edge)
+    return found
+
+
+def _sensors(fitted: Fit, chosen: Sequence[Chosen]) -> dict[str, Value]:
+    """Sensor nuisances: effects of the sensor stage, and what each recording started from."""
+    found: dict[str, Value] = {}
+    for c in chosen:
+        if EFFECTS[c.effect].stage == 'sensor':
+            found |= {f'{c.effect}.{name}': v for name, v in _effect_values(fitted, c.effect).items()}
+    for k, u in enumerate(fitted.problem.unknowns):
+        if u.recording is not None and u.name in (AMBIENT, START):
+            low, high = fitted.interval(k)
+            found[f'{u.name} [{u.recording + 1}]'] = Value(u.from_fit(float(fitted.z[k])), low, high, 'K', u.start)
+    return found
+
+
+def _rmse(fitted: Fit) -> dict[str, float]:
+    total: dict[str, list[float]] = {}
+    for k in range(len(fitted.problem.experiments)):
+        for name, left in fitted.problem.raw_residuals(fitted.values, k).items():
+            entry = total.setdefault(name, [0.0, 0.0])
+            entry[0] += float(left @ left)
+            entry[1] += left.size
+    return {name: float(np.sqrt(s / n)) for name, (s, n) in total.items()}
+
+
+def _nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:
+    """What the nominal muscle shows, each recording at rest at its stated ambient, zeros of the rig taken out."""
+    found = []
+    for experiment in fitted.problem.experiments:
+        predicted = experiment.predict(nominal)
+        for name in FLOATING_ZERO:
+            if name in predicted:
+                predicted[name] = predicted[name] + np.mean(experiment.observed[name].value - predicted[name])
+        found.append(predicted)
+    return found
+
+
+def _fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
+    calibrated = selection.before.rmse()
+    improved = selection.after.rmse()
+    squares: dict[str, list[float]] = {}
+    for experiment, predicted in zip(
+        selection.final.problem.experiments, _nominal_predictions(selection.final, nominal), strict=True
+    ):
+        for name, o in experiment.observed.items():
+            entry = squares.setdefault(name, [0.0, 0.0])
+            entry[0] += float(np.sum((o.value - predicted[name]) ** 2))
+            entry[1] += o.time.size
+    nominal_rmse = {name: float(np.sqrt(s / n)) for name, (s, n) in squares.items()}
+    return {
+        name: ChannelFit(
+            nominal_rmse[name],
+            calibrated.get(name, float('nan')),
+            improved.get(name, float('nan')),
+            selection.structure_after[name].noise.sigma,
+            True,
+        )
+        for name in nominal_rmse
+    }
+
+
+def left_share(before: Structure, after: Structure) -> float:
+    """How much of one channel's structured misfit is still there, 0 to 1."""
+    had = float(np.mean(np.concatenate(before.fitted) ** 2))
+    has = float(np.mean(np.concatenate(after.fitted) ** 2))
+    return has / had if had > 0.0 else 0.0
+
+
+def _unexplained(selection: Selection) -> Unexplained | None:
+    """What remains, if it is real and no trifle beside what was there."""
+    after = selection.structure_after
+    channel = worst_channel(after)
+    if channel is None or not after[channel].confirmed:
+        return None
+    share = left_share(selection.structure_before[channel], after[channel]) if selection.chosen else 1.0
+    if share < STILL_UNEXPLAINED:
+        return None
+    place = locate(selection.final, after, channel)
+    driver = place.drivers[0]
+    recording, start, end = place.intervals[0]
+    return Unexplained(
+        place.stage, channel, min(share, 1.0), driver.variable, driver.low, driver.high, (recording, start, end)
+    )
+
+
+def _findings(selection: Selection, location: Location | None) -> tuple[Finding, ...]:
+    final = selection.final
+    before, after = selection.before.rmse(), selection.after.rmse()
+    change = {name: Change(before[name], after[name]) for name in after if name in before}
+    found = []
+    for c in selection.chosen:
+        effect = EFFECTS[c.effect]
+        values = _effect_values(final, c.effect)
+        found.append(
+            Finding(
+                c.effect,
+                effect.stage,
+                finding_sentence(c.effect, values, c.indistinguishable),
+                effect.equation,
+                values,
+                c.confidence,
+                c.indistinguishable,
+                change,
+                c.drop,
+            )
+        )
+    # Physics before sensors, the stronger first.
+    return tuple(sorted(found, key=lambda f: (f.stage == 'sensor', -f.gain)))
+
+
+def _not_testable(selection: Selection, tried: Sequence[str]) -> tuple[NotTestable, ...]:
+    found = [NotTestable(name, why) for name, why in NEVER_TESTABLE.items()]
+    chosen = {c.effect for c in selection.chosen}
+    for name in EFFECTS:
+        if name in NEVER_TESTABLE or name in chosen:
+            continue
+        if name not in tried:
+            found.append(NotTestable(name, 'these recordings are sampled too slowly to show it'))
+        elif selection.signals.get(name, 0.0) < LEAST_SIGNAL:
+            found.append(
+                NotTestable(
+                    name,
+                    'at plausible strength it would change these recordings by less than their noise once the '
+                    'parameters are recalibrated',
+                )
+            )
+    return tuple(found)
+
+
+def _proposal(selection: Selection) -> Proposal | None:
+    """The experiment that separates the strongest finding from what it cannot be told from."""
+    for c in selection.chosen:
+        if not c.indistinguishable:
+            continue
+        mine = next(r for r in c.rivals if r.effect == c.effect)
+        other = next(r for r in c.rivals if r.effect == c.indistinguishable[0])
+        return propose(mine.fit, other.fit, (c.effect, other.effect), AMBIGUOUS)
+    return None
+
+
+def _parameters_wrong(selection: Selection, nominal: Parameters) -> bool:
+    """Whether recalibration mattered: a parameter that the data fix lies outside its interval around nominal."""
+    fitted = selection.calibrated
+    for k, u in enumerate(fitted.problem.unknowns):
+        if u.recording is not None or '.' in u.name:
+            continue
+        spread = float(np.sqrt(fitted.covariance[k, k]))
+        shift = abs(float(fitted.z[k]) - u.to_fit(nominal[u.name]))
+        if shift**2 > THRESHOLD * spread**2 and shift > 0.02 * max(u.prior_spread, 1e-9):
+            return True
+    return False
+
+
+def _verdict(findings: Sequence[Finding], unexplained: Unexplained | None, wrong: bool) -> str:
+    if any(f.stage != 'sensor' for f in findings):
+        return 'missing_physics'
+    if unexplained is not None:
+        return 'unexplained'
+    if findings:
+        return 'sensor_or_setup'
+    return 'wrong_parameters' if wrong else 'match'
+
+
+def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ...], ...]:
+    calibrated, final = selection.calibrated, selection.final
+    nominals = _nominal_predictions(final, nominal)
+    rows = []
+    for k, experiment in enumerate(final.problem.experiments):
+        outputs = final.problem.outputs(final.values, k)
+        first, last = (
+            calibrated.problem.raw_residuals(calibrated.values, k),
+            final.problem.raw_residuals(final.values, k),
+        )
+        row = []
+        for name, o in experiment.observed.items():
+            d = drivers(experiment, outputs, o.time)
+            row.append(
+                Series(
+                    name,
+                    o.time,
+                    o.value,
+                    nominals[k][name],
+                    o.value - first[name],
+                    o.value - last[name],
+                    d.temperature,
+                    d.rate,
+                    d.heating,
+                )
+            )
+        rows.append(tuple(row))
+    return tuple(rows)
+
+
+def improved_muscle(final: Fit) -> Parameters:
+    """The muscle with its calibrated parameters and physics; what belongs to the sensors stays in the report."""
+    muscle = final.muscle
+    physics = [e for e in muscle.effects if EFFECTS[e].stage != 'sensor']
+    return muscle.only_effects(physics)
+
+
+def _conclude(selection: Selection, nominal: Parameters, seconds: dict[str, float]) -> Diagnosis:
+    tried = candidates_for(selection.final.problem.experiments)
+    unexplained = _unexplained(selection)
+    before = selection.structure_before
+    channel = worst_channel(before)
+    location = None
+    if channel is not None:
+        stage = EFFECTS[selection.chosen[0].effect].stage if selection.chosen else STAGE_OF[channel]
+        location = locate(selection.calibrated, before, channel, stage)
+    findings = _findings(selection, location)
+    wrong = _parameters_wrong(selection, nominal)
+    verdict = _verdict(findings, unexplained, wrong)
+    fits = _fits(selection, nominal)
+    ranking = tuple(
+        Ranked(c.effect, c.stage, selection.refitted.get(c.effect, c.gain), c.effect in selection.refitted)
+        for c in selection.ranked
+    )
+    experiments = selection.final.problem.experiments
+    return Diagnosis(
+        headline=headline(verdict, findings, location, fits, unexplained),
+        verdict=verdict,
+        recordings=summaries(experiments),
+        noise={name: s.noise.sigma for name, s in selection.structure_after.items()},
+        calibration=_values(selection.final, nominal),
+        sensors=_sensors(selection.final, selection.chosen),
+        location=location if verdict not in ('match', 'wrong_parameters') else None,
+        findings=findings,
+        fit=fits,
+        ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
+        not_testable=_not_testable(selection, tried),
+        unexplained=unexplained,
+        next_experiment=_proposal(selection),
+        nominal=nominal,
+        improved=improved_muscle(selection.final),
+        drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
+        series=_series(selection, nominal),
+        notes=notes(experiments),
+        seconds=seconds,
+    )
+
+
+def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
+    """What the kind of recording costs: no thermometer, one recording, a drive that follows the muscle."""
+    found = []
+    if not any('temperature' in e.observed for e in experiments):
+        found.append(
+            'no thermometer was recorded: the temperature is inferred from the input; hA, C and the stroke gain '
+            'are known in combination only, and thermal and mechanical causes are hard to tell apart'
+        )
+    if len(experiments) == 1:
+        found.append('a single recording: held out are stretches of it, no other condition')
+    if any(_closed_loop(e) for e in experiments):
+        found.append(
+            'the drive follows the muscle (closed loop): the controller hides what it corrects, so that displacement '
+            'says little and effects show in the current; record open-loop steps to see them'
+        )
+    return tuple(found)
+
+
+def _closed_loop(experiment: Experiment) -> bool:
+    """A drive with many levels that changes at nearly every tick is a controller's."""
+    drive = experiment.imposed.drive
+    changes = np.count_nonzero(np.diff(drive)) / max(drive.size - 1, 1)
+    return bool(changes > 0.3 and np.unique(np.round(drive, 6)).size > 50)

@@ -1,0 +1,160 @@
+"""The experiment that would decide: of feasible protocols the one under which two fitted models differ most.
+
+Both models were fitted to the recordings at hand and agree there. Under each protocol their difference is whitened, and
+what the unknowns could still take up, given how far the recordings have fixed them, is taken out. What remains says how
+probable it is that the new recording tells them apart.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Observed
+from tcp_muscle_ros.diagnosis.findings import Proposal, Step
+from tcp_muscle_ros.diagnosis.fitting import Fit, Problem, jacobian
+from tcp_muscle_ros.diagnosis.noise import Noise
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
+from tcp_muscle_ros.muscle import Parameters, steady_current
+from tcp_muscle_ros.muscle.arrays import Array
+
+_RATE = 20.0
+_HOTTEST = 273.15 + 90.0
+_G = 9.80665
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A protocol on paper: what it asks, its steps, how often they repeat."""
+
+    name: str
+    reason: str
+    steps: tuple[Step, ...]
+    repeat: int = 1
+
+
+def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
+    """Feasible protocols: no hotter than 90 degC at steady state, no more than twice the load at hand."""
+    full = steady_current(muscle, _HOTTEST, ambient)
+    low, high = 0.5 * max(load, 0.2), 2.0 * max(load, 0.2)
+    base = max(load, 0.2)
+
+    def on(duration: float, share: float, force: float = base) -> Step:
+        return Step(duration, round(full * share, 4), round(force, 4))
+
+    def rest(duration: float, force: float = base) -> Step:
+        return Step(duration, 0.0, round(force, 4))
+
+    stairs = tuple(on(20.0, s) for s in (0.4, 0.6, 0.8, 1.0, 0.8, 0.6, 0.8, 0.6, 0.4))
+    probe = round(0.05 * full, 4)
+    rng = np.random.default_rng(7)
+    prbs = tuple(on(float(d), 1.0 if k % 2 == 0 else 0.15) for k, d in enumerate(rng.choice([2.0, 4.0, 7.0, 12.0], 40)))
+    return [
+        Plan('long hold', 'steady state apart from time constants', (rest(10.0), on(150.0, 0.95), rest(150.0))),
+        Plan('staircase', 'minor loops: rate against history', (rest(10.0), *stairs, rest(60.0)), 2),
+        Plan(
+            'load steps',
+            'the load changes at constant current, cold and hot',
+            (
+                *(s for f in (base, high, low, base) for s in (rest(25.0, f),)),
+                *(s for f in (base, high, low, base) for s in (on(40.0, 0.9, f),)),
+                rest(60.0),
+            ),
+        ),
+        Plan('fast switching', 'delays against inertia', (rest(5.0), *prbs, rest(30.0))),
+        Plan(
+            'slow ramp of steps',
+            'the same range at another rate',
+            tuple(on(30.0, s) for s in (0.3, 0.5, 0.7, 0.9, 1.0)),
+        ),
+        Plan('many cycles', 'what changes from cycle to cycle', (on(25.0, 1.0), rest(45.0)), 8),
+        Plan(
+            'cooling with a probe current',
+            'resistance as a second thermometer while it cools',
+            (rest(5.0), on(60.0, 1.0), Step(120.0, probe, round(base, 4))),
+        ),
+        Plan('at rest', 'instruments and surroundings alone', (rest(300.0),)),
+        Plan(
+            'three loads',
+            'the same heating at three loads',
+            tuple(s for f in (low, base, high) for s in (on(30.0, 1.0, f), rest(60.0, f))),
+        ),
+    ]
+
+
+def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
+    """The plan as an experiment that observes what was observed before, at 20 Hz."""
+    steps = plan.steps * plan.repeat
+    edges = np.concatenate([[0.0], np.cumsum([s.duration for s in steps])])
+    time = np.arange(0.0, edges[-1], 1.0 / _RATE)
+    at = np.minimum(np.searchsorted(edges, time + 1e-9, side='right') - 1, len(steps) - 1)
+    drive = np.array([s.current for s in steps])[at]
+    load = np.array([s.load for s in steps])[at]
+    observed = {}
+    for name in like.observed:
+        if name == 'force':
+            continue  # at a loaded end the force is the load
+        kept = np.abs(drive) > 0.01 if name == 'resistance' else np.ones(time.size, dtype=bool)
+        kept &= np.arange(time.size) % 4 == 0  # a fifth of a second is enough to judge a difference
+        if np.any(kept):
+            observed[name] = Observed(time[kept], np.zeros(int(kept.sum())), np.ones(int(kept.sum())))
+    imposed = Imposed('current', time, drive, load, np.full(time.size, ambient))
+    return Experiment(plan.name, imposed, Holding('load', float(load[0])), observed)
+
+
+def propose(a: Fit, b: Fit, names: tuple[str, str], threshold: float) -> Proposal | None:
+    """The best protocol to tell fit ``a`` (with effect names[0]) from fit ``b``; None where none promises anything."""
+    problem = a.problem
+    like = next((e for e in problem.experiments if 'displacement' in e.observed), problem.experiments[0])
+    ambient = float(a.values.get((AMBIENT, 0), like.imposed.ambient[0]))
+    best: tuple[float, Plan] | None = None
+    for plan in plans(a.muscle, like.holding.starting_load, ambient):
+        experiment = experiment_of(plan, like, ambient)
+        if not experiment.observed:
+            continue
+        distance = separation(a, b, experiment)
+        if best is None or distance > best[0]:
+            best = distance, plan
+    if best is None:
+        return None
+    distance, plan = best
+    # The likelihood ratio of the right model is about normal with mean d^2 and standard deviation 2 d.
+    spread = 2.0 * float(np.sqrt(max(distance, 1e-12)))
+    power = float(norm.sf((threshold - distance) / spread))
+    return Proposal(names, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
+
+
+def separation(a: Fit, b: Fit, experiment: Experiment) -> float:
+    """Squared whitened distance of two models' predictions, after ``b`` has adapted as far as its data allow."""
+    noise = _noise_at(b.problem.noise, b.problem.experiments, experiment)
+    new_a, new_b = _alone(a, experiment, noise), _alone(b, experiment, noise)
+    za, zb = _shared(a), _shared(b)
+    difference = new_b.residual(new_b.values(zb), 0) - new_a.residual(new_a.values(za), 0)
+    base = [new_b.residual(new_b.values(zb), 0)]
+    slopes = jacobian(new_b, zb, base)
+    kept = [k for k, u in enumerate(b.problem.unknowns) if u.recording is None]
+    information = np.linalg.pinv(b.covariance[np.ix_(kept, kept)], hermitian=True)
+    normal = slopes.T @ slopes + information
+    taken = np.linalg.solve(normal, slopes.T @ difference)
+    left = difference - slopes @ taken
+    return float(left @ left + taken @ information @ taken)
+
+
+def _alone(fitted: Fit, experiment: Experiment, noise: Mapping[str, Noise]) -> Problem:
+    shared = tuple(u for u in fitted.problem.unknowns if u.recording is None and u.name not in (AMBIENT, START))
+    return replace(fitted.problem, experiments=(experiment,), unknowns=shared, noise=noise)
+
+
+def _shared(fitted: Fit) -> Array:
+    return np.array([z for z, u in zip(fitted.z, fitted.problem.unknowns, strict=True) if u.recording is None])
+
+
+def _noise_at(noise: Mapping[str, Noise], recorded: tuple[Experiment, ...], planned: Experiment) -> dict[str, Noise]:
+    """The recorded noise at the planned spacing: colour fades with time between observations."""
+    found = {}
+    for name, observed in planned.observed.items():
+        before = next(e.observed[name] for e in recorded if name in e.observed)
+        ratio = float(np.median(np.diff(observed.time)) / max(float(np.median(np.diff(before.time))), 1e-9))
+        found[name] = Noise(noise[name].sigma, noise[name].phi ** ratio if noise[name].phi > 0.0 else 0.0)
+    return found
