@@ -73,9 +73,7 @@ def with_issues(diagnosis: Diagnosis, recordings: Sequence[Recording], experimen
 
 
 def _averaged(experiment: Experiment) -> list[str]:
-    """Which channels were averaged in blocks."""
-    return [
-        f'{name}: {observed.count.sum():.0f} samples were averaged in blocks of up to {observed.count.max():.0f}'
-        for name, observed in experiment.observed.items()
-        if observed.count.max() > 1
-    ]
+    """Which channels were averaged in blocks, and in how long ones."""
+    widest = {name: int(o.count.max()) for name, o in experiment.observed.items() if o.count.max() > 1}
+    told = ', '.join(f'{name} ({width})' for name, width in widest.items())
+    return [f'averaged in blocks of up to so many samples: {told}'] if told else []

@@ -84,7 +84,7 @@ def _parameters(finding: Finding) -> str:
 
 
 def _calibration(d: Diagnosis) -> list[str]:
-    """The parameters that moved most, in units of what their intervals allow."""
+    """The parameters of the muscle that moved most, in units of what their intervals allow."""
 
     def moved(name: str) -> float:
         v = d.calibration[name]
@@ -95,7 +95,6 @@ def _calibration(d: Diagnosis) -> list[str]:
     names = sorted(muscle, key=moved, reverse=True)[:_CHANGED]
     found = {name: at_edge(name, d.calibration[name]) for name in names}
     told = [f'{name} {number(v.nominal)} -> {digits_text(v)[0]}' for name, v in found.items()]
-    told += [f'{plain(n)} {number(v.value)} {v.unit}'.strip() for n, v in list(d.sensors.items())[:_CHANGED]]
     return [f'recalibrated: {", ".join(told)}'] if told else []
 
 
