@@ -90,6 +90,20 @@ def judge(recording: Recording, model: Parameters, limit: float, load: float) ->
     return steps, paths
 
 
+def largest_gap(recording: Recording) -> float:
+    """The longest time (s) for which the muscle was not measured or its controller was silent, while setpoints came.
+
+    A machine that is too busy to run both nodes in real time shows here; what it records judges no controller.
+    """
+    setpoint = recording['displacement_setpoint'].time
+    gaps = [0.0]
+    for name in ('displacement', 'current_command'):
+        time = recording[name].time
+        inside = time[(time >= setpoint[0]) & (time <= setpoint[-1])]
+        gaps.append(float(np.max(np.diff(inside), initial=0.0)))
+    return max(gaps)
+
+
 def _within(channel: Channel, stretch: Stretch) -> tuple[Array, Array]:
     """The samples of a stretch, preceded by one at its very beginning: times count from there."""
     inside = (channel.time > stretch.begin) & (channel.time < stretch.end)

@@ -10,7 +10,7 @@ from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.nodes.session import Session
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.report import control_study as study
-from tcp_muscle_ros.report.tracking_session import judge
+from tcp_muscle_ros.report.tracking_session import judge, largest_gap
 
 pytestmark = [pytest.mark.processes, pytest.mark.slow]
 MODEL = Parameters.named('karami_tadesse_2017')
@@ -24,12 +24,30 @@ def own_domain(monkeypatch):
     monkeypatch.setenv('ROS_PYTHON_CHECK_FIELDS', '1')
 
 
-def followed(bag, plant, limit, profile, duration, **control):
-    sim = {'current_limit_a': limit, **{name: plant[name] for name in study.UNCERTAIN}}
-    with Session(bag, sim=sim, controller={'current_limit_a': limit, **control}) as session:
-        session.follow(profile, duration)
-    assert [process.returncode for process in session.processes.values()] == [0, 0, 0], session.said
-    return judge(read_bag(bag), plant, limit, study.LOAD)
+def recorded(folder, work, **parameters):
+    """The recording of a session in which the machine kept real time: a node that is held up for longer while the
+    current is on judges the machine, not the controller."""
+    gaps = []
+    for attempt in range(4):
+        bag = folder / f'bag_{attempt}'
+        with Session(bag, **parameters) as session:
+            work(session)
+        assert [process.returncode for process in session.processes.values()] == [0, 0, 0], session.said
+        recording = read_bag(bag)
+        gaps.append(largest_gap(recording))
+        if gaps[-1] < 0.05:
+            return recording
+    raise AssertionError(f'this machine is too busy for real time: a node was silent for {gaps} s')
+
+
+def followed(folder, plant, limit, profile, duration, **control):
+    recording = recorded(
+        folder,
+        lambda session: session.follow(profile, duration),
+        sim={'current_limit_a': limit, **{name: plant[name] for name in study.UNCERTAIN}},
+        controller={'current_limit_a': limit, **control},
+    )
+    return judge(recording, plant, limit, study.LOAD)
 
 
 def assert_settles(step, factor, overshoot):
@@ -46,7 +64,7 @@ def test_heats_as_fast_as_the_muscle_can_and_releases_as_fast_as_it_cools(tmp_pa
     def profile(t):
         return 0.0 if t < REST else target if t < heated else target - 0.01
 
-    steps, _ = followed(tmp_path / 'bag', MODEL, limit, profile, heated + 12.0)
+    steps, _ = followed(tmp_path, MODEL, limit, profile, heated + 12.0)
     heating, release = steps
     assert_settles(heating, 1.05, 0.02)
     assert_settles(release, 1.05, 0.02)
@@ -55,7 +73,7 @@ def test_heats_as_fast_as_the_muscle_can_and_releases_as_fast_as_it_cools(tmp_pa
 @pytest.mark.parametrize('number', [3, 4, 12])
 def test_copes_with_a_muscle_that_is_not_the_model(tmp_path, number):
     plant = list(study.draws(MODEL, 20, seed=1))[number][0]
-    (step,), _ = followed(tmp_path / 'bag', plant, 0.4, lambda t: 0.0 if t < REST else 0.02, REST + 9.0)
+    (step,), _ = followed(tmp_path, plant, 0.4, lambda t: 0.0 if t < REST else 0.02, REST + 9.0)
     assert_settles(step, 1.3, 0.05)
 
 
@@ -63,17 +81,17 @@ def test_follows_a_sine(tmp_path):
     def profile(t):
         return 0.02 if t < 10.0 else 0.025 - 0.005 * math.cos(2.0 * math.pi * (t - 10.0) / 16.0)
 
-    _, paths = followed(tmp_path / 'bag', MODEL, 0.27, profile, 26.0)
+    _, paths = followed(tmp_path, MODEL, 0.27, profile, 26.0)
     assert paths[-1].rms_error < 1e-4
 
 
 def test_rejects_a_load_step(tmp_path):
-    bag = tmp_path / 'bag'
-    with Session(bag, sim={}, controller={}) as session:
+    def work(session):
         session.follow(lambda t: 0.02, 10.0)
         session.load(study.LOAD + 0.3)
         session.follow(lambda t: 0.02, 14.0)
-    recording = read_bag(bag)
+
+    recording = recorded(tmp_path, work, sim={}, controller={})
     x, end = recording['displacement'], recording['displacement_setpoint'].time[-1]
     since = recording['load'].time[-1]
     assert np.min(x.value[(x.time > since) & (x.time < since + 1.0)]) < 0.010  # it was felt

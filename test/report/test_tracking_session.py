@@ -7,7 +7,7 @@ from tcp_muscle_ros.control.offline import run
 from tcp_muscle_ros.muscle import Muscle, Parameters
 from tcp_muscle_ros.recording.recording import Channel, Recording
 from tcp_muscle_ros.report import control_study as study
-from tcp_muscle_ros.report.tracking_session import judge, possible_time, stretches
+from tcp_muscle_ros.report.tracking_session import judge, largest_gap, possible_time, stretches
 
 MODEL = Parameters.named('karami_tadesse_2017')
 TIME = np.arange(0.0, 50.0, study.PERIOD)
@@ -47,3 +47,13 @@ def test_what_is_possible_from_the_middle_and_what_is_not():
     assert 0.0 < possible_time(MODEL, 0.27, 0.02, 0.04, study.LOAD) < from_rest
     assert np.isnan(possible_time(MODEL, 0.18, 0.0, 0.04, study.LOAD))
     assert possible_time(MODEL, 0.27, 0.02, 0.0, study.LOAD) == pytest.approx(33.6, abs=0.2)
+
+
+def test_a_node_that_was_held_up_is_seen():
+    time = np.delete(TIME, slice(1000, 1012))
+    channels = {
+        'displacement_setpoint': channel('displacement_setpoint', SETPOINT),
+        'displacement': channel('displacement', SETPOINT),
+        'current_command': Channel('current_command', time, 0.0 * time, ''),
+    }
+    assert largest_gap(Recording('bag', channels, 0)) == pytest.approx(0.13)
