@@ -85,7 +85,8 @@ from tcp_muscle_ros.muscle.table import INDEX
 from tcp_muscle_ros.muscle.thermal import exact_step
 
 _K0, _H0, _B, _T0, _HA, _C = (INDEX[name] for name in ('k0', 'H0', 'B', 'T0', 'hA', 'C'))
-_FASTEST, _ANY, _MEMORY, _MOTION = (INDEX[name] for name in ('fastest_rate', 'any_effect', 'memory', 'motion'))
+_FASTEST, _ANY, _MOTION = INDEX['fastest_rate'], INDEX['any_effect'], INDEX['motion']
+_BEGIN, _POSITION, _COMMIT = INDEX['at_begin'], INDEX['at_position'], INDEX['at_commit']
 STATE_SIZE, N_INTEGRATED = layout.STATE_SIZE, layout.N_INTEGRATED
 # A substep resolves a tenth of the quickest time constant: the Runge-Kutta error is then below 1e-6 of a change.
 _SUBSTEP = 0.1
@@ -191,7 +192,7 @@ def _evaluate(x: Array, u: Array, p: Array, on: Mask, q: Array, dx: Array) -> No
     else:
         q[LENGTH] = _length_under(u[IN_LOAD], p, on, q, x, dx)
     q[EQUILIBRIUM_LENGTH] = q[LENGTH]
-    if p[_ANY] > 0.0 and q[SLACK] == 0.0 and (compliance > 0.0 or not held):
+    if p[_POSITION] > 0.0 and q[SLACK] == 0.0 and (compliance > 0.0 or not held):
         _position(q, p, on, x, dx)
         if held and q[LENGTH] != q[EQUILIBRIUM_LENGTH]:
             q[FORCE] = max(0.0, (u[IN_WALL] - q[LENGTH]) / compliance)
@@ -275,7 +276,7 @@ def _runge_kutta(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, 
 @inner
 def _start(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array) -> None:
     """Take up a jump of the inputs. Heat that work leaves in the muscle is booked as taken from the ambient."""
-    if p[_MEMORY] == 0.0:
+    if p[_BEGIN] == 0.0:
         return
     _evaluate(x, u, p, on, q, work[0])
     _begin(q, p, on, x, work[0])
@@ -296,7 +297,7 @@ def _advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: 
     substeps = max(1, ceil(dt * p[_FASTEST] / _SUBSTEP))
     for _ in range(substeps):
         _runge_kutta(x, u, p, on, q, work, dt / substeps)
-        if p[_MEMORY] > 0.0:
+        if p[_COMMIT] > 0.0:
             _show(x, u, p, on, q, work)
             _commit(q, p, on, x, work[0])
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
+from tcp_muscle_ros.muscle.points import POINTS
 
 _TABLE_1 = 'Table 1, measured'
 _COOLING = 'identified: 80 degC, 25 s, 0.27 A; printed 0.15'
@@ -35,8 +36,8 @@ DERIVED: Mapping[str, Callable[[Mapping[str, float]], float]] = {
 }
 
 # The compiled model reads a flat vector: the table's rows, then constants made from them and from the effects that
-# are on: the quickest process (1/s); is any effect on; has one a memory; does one ask for velocity or force rate.
-_CONSTANTS = ('modulus_at_T0', 'fastest_rate', 'any_effect', 'memory', 'motion')
+# are on: the quickest process (1/s); is any effect on; is one asked at a point; does one need velocity or force rate.
+_CONSTANTS = ('modulus_at_T0', 'fastest_rate', 'any_effect', *(f'at_{point}' for point in POINTS), 'motion')
 _NAMES = (*(row.name for row in TABLE), *_CONSTANTS)
 INDEX: Mapping[str, int] = {name: index for index, name in enumerate(_NAMES)}
 SIZE = len(_NAMES)

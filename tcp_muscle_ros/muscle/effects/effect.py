@@ -37,24 +37,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tcp_muscle_ros.muscle.parameter import Parameter
+from tcp_muscle_ros.muscle.points import POINTS
 
-POINTS = (
-    'begin',
-    'surroundings',
-    'softening',
-    'contraction',
-    'extra',
-    'elasticity',
-    'limit',
-    'position',
-    'resistance',
-    'drive',
-    'heat',
-    'rates',
-    'sensor',
-    'initial',
-    'commit',
-)
 STAGES = ('electrical', 'thermal', 'mechanical', 'sensor')
 
 

@@ -34,7 +34,7 @@ def begin(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     jump = q[FORCE] - s[0]
     before = after = q[TEMPERATURE]
     if jump != 0.0:
-        for _ in range(3):
+        for _ in range(8):
             middle = 0.5 * (before + after)
             after = before - c[0] * middle / p[_C] * _expansion(p, middle, s[0] + 0.5 * jump) * jump
         q[TEMPERATURE] = after
