@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tcp_muscle_ros.muscle.arrays import Array, Mask
-from tcp_muscle_ros.muscle.compiled import inner, inlined
+from tcp_muscle_ros.muscle.compiled import inlined, inner
 from tcp_muscle_ros.muscle.effects import EFFECTS
 from tcp_muscle_ros.muscle.layout import COEFFICIENTS, STATES
 from tcp_muscle_ros.muscle.table import INDEX
