@@ -203,7 +203,7 @@ def _channels(rng: np.random.Generator, names: list[str]) -> tuple[str, ...]:
 def _ambiguous(name: str, seeds: list[int], rng: np.random.Generator, lab: Lab, which: int, form: int) -> Case:
     one, other, protocols, missing = AMBIGUOUS[which // 2]
     hidden, partner = (one, other) if which % 2 == 0 else (other, one)
-    weak = hidden in ('radiation', 'tcr_curvature', 'resistance_strain')
+    weak = hidden in ('radiation', 'tcr_curvature')
     concealed = conceal(hidden, float(rng.uniform(0.7, 1.0) if weak else rng.uniform(0.3, 0.6)), form, lab.body, rng)
     bench = Bench.of(lab.body)
     concealed.change(bench)

@@ -1,7 +1,7 @@
 """The experiments of a lab, after physics.md 2.1: what is done to a muscle in one recording."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -244,7 +244,8 @@ def plan(lab: Lab, shown_by: Sequence[str], rng: np.random.Generator, *, count: 
     names += [str(rng.choice(GENERAL)) for _ in range(count - 2)]
     if len(names) > 2 and rng.random() < 0.12:
         names[-1] = 'blocked'
-    return [experiment(lab, name, rng) for name in names]
+    done = [experiment(lab, name, rng) for name in names]
+    return [replace(e, warm=float(rng.uniform(0.5, 6.0))) if rng.random() < 0.15 else e for e in done]
 
 
 def experiment(lab: Lab, name: str, rng: np.random.Generator) -> Experiment:

@@ -163,7 +163,7 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         rate('reports written', '100 %', answers, lambda a: a.report is not None),
         rate('false physics on nulls', '<= 2 %', of['null'], lambda a: bool(a.physics)),
         rate('decoys named as physics', '<= 3 %', decoys, lambda a: bool(a.physics)),
-        rate('verdict right on decoys', '', decoys, lambda a: a.verdict in a.label['verdicts']),
+        rate('verdict right on decoys', '', decoys, right),
         rate('stage right, singles', '>= 98 %', seen, lambda a: a.stage() in a.stages),
         rate('single named first', '>= 90 %', seen, lambda a: bool(a.findings) and a.findings[0]['effect'] in a.truth),
         rate('single in the reported set', '>= 97 %', seen, lambda a: a in solved),
@@ -183,6 +183,12 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         number('held-out gap closed, 10th percentile', '>= 0.80', gaps, lambda v: float(np.percentile(v, 10))),
         {**rate('90 % intervals that cover', '85 to 95 %', [], lambda a: True), **_count(inside)},
     ]
+
+
+def right(answer: Answer) -> bool:
+    """Is the verdict one of those that hold? A fault that leaves no trace may be passed over."""
+    quiet = () if answer.truth or answer.label['what'] == 'wrong_parameters' else ('match', 'wrong_parameters')
+    return answer.verdict in (*answer.label['verdicts'], *quiet)
 
 
 def exact(answer: Answer) -> bool:

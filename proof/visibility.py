@@ -25,7 +25,7 @@ DETECTABLE_ENERGY = 10.0  # whitened
 
 @njit(cache=True)
 def lumped(
-    p: Array, ambient: float, x0: float, time: Array, drive: Array, kind: int, load: Array, blocked: bool
+    p: Array, ambient: float, warm: float, x0: float, time: Array, drive: Array, kind: int, load: Array, blocked: bool
 ) -> Array:
     """The resolved model of physics.md 1.3 on the ticks; a column for each of CHANNELS. p as SHARED, then T0."""
     R0, a_R, C, hA, k0, B = np.exp(p[0]), p[1], np.exp(p[2]), np.exp(p[3]), np.exp(p[4]), np.exp(p[5])
@@ -33,7 +33,7 @@ def lumped(
     cold = 536.0 - 0.4655 * T0**1.381
     n = len(time)
     out = np.empty((n, 4))
-    T = ambient
+    T = ambient + warm
     F = load[0]
     for k in range(n):
         ratio = (536.0 - 0.4655 * max(T, 0.0) ** 1.381) / cold
@@ -92,7 +92,7 @@ class Refit:
     def _one(self, shared: Array, p: Array, k: int) -> Array:
         e = self.case.experiments[k]
         x0 = p[SHARED + 2 * k + 1] * (40.0 if e.blocked else 1.0)
-        return np.asarray(lumped(shared, p[SHARED + 2 * k], x0, e.time, e.drive, e.kind, e.load, e.blocked))
+        return np.asarray(lumped(shared, p[SHARED + 2 * k], e.warm, x0, e.time, e.drive, e.kind, e.load, e.blocked))
 
     def left(self, wanted: list[Array], rounds: int = 5) -> list[Array]:
         """What a refit leaves of the wanted signals, in noise units; zero where nothing was recorded."""

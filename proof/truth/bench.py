@@ -54,6 +54,7 @@ class Experiment:
     load: Array  # N
     ambient: float  # degC
     blocked: bool = False
+    warm: float = 0.0  # K above the room at the start: the last run is not quite forgotten
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def observe(
     substeps = max(1, round(float(np.median(np.diff(time))) / step))
     out, zero, dose = run(
         bench.plant, time, experiment.drive, experiment.kind, experiment.load, ambient, wind, slip, substeps,
-        experiment.blocked, dose,
+        experiment.blocked, dose, experiment.warm,
     )  # fmt: skip
     T = out[:, SKIN] - experiment.ambient
     for alter in bench.thermometer:

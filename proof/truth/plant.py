@@ -74,7 +74,7 @@ class Plant(NamedTuple):
     # thermal
     emission: float = 0.0  # eps A, m2
     wall_offset: float = 0.0  # K
-    motion: int = 0  # 1: cubic mixing, 2: square root
+    motion: int = 0  # 1: power of still and moving air, 2: square root
     motion_gain: float = 0.0  # at 10 mm/s
     latent: float = 0.0  # J, kinetic order-disorder
     latent_at: float = 60.0
@@ -267,17 +267,18 @@ def run(
     substeps: int,
     blocked: bool,
     dose: float,
+    warm: float,
 ) -> tuple[Array, float, float]:
     """Integrate over the ticks `time`; inputs hold from their tick to the next.
 
     ambient, wind (hA factor) and slip (m added to the length at that tick) are the environment's. dose: cycles of 57 K
-    that the muscle has behind it. Returns a column for each of SKIN..WATER, the zero of displacement (the length at
-    rest at T0 under the first load), and the new dose.
+    that the muscle has behind it; warm: how far above the room it starts, K. Returns a column for each of SKIN..WATER,
+    the zero of displacement (the length at rest at T0 under the first load), and the new dose.
     """
     n = len(time)
     nodes, shells = p.axial_nodes, len(p.shell_share)
     out = np.empty((n, 8))
-    T = np.full((nodes, shells), ambient[0])
+    T = np.full((nodes, shells), ambient[0] + warm)
     rate = np.empty_like(T)
     rate2 = np.empty_like(T)
     ahead = np.empty_like(T)
@@ -332,7 +333,7 @@ def run(
     i = 0.0
     R = p.R0
     F_prev = F
-    mean = ambient[0]
+    mean = ambient[0] + warm
 
     # Pass -1 settles the length; pass k goes from tick k to k + 1 and then writes the state of tick k + 1: a state is
     # what was before the inputs of its own tick act.
@@ -371,7 +372,7 @@ def run(
             # --- heat
             air = wind[max(k, 0)] * _of_H(p.area, H)
             if p.motion == 1:
-                air *= (1.0 + (p.motion_gain * 3.0) * (speed / 0.01) ** 3) ** (1.0 / 3.0)
+                air *= (1.0 + (speed / 0.01) ** 2) ** math.log2(1.0 + p.motion_gain)
             elif p.motion == 2:
                 air *= 1.0 + p.motion_gain * math.sqrt(speed / 0.01)
             extra = p.peltier * i

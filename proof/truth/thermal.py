@@ -123,7 +123,7 @@ def ambient_drift(d: Draw) -> Outcome:
     return {'size': size, 'period': period}, lambda b: b.room.append(drift)
 
 
-@effect('motion_convection', 'thermal', ('mixed_cubic', 'square_root'), ('light_hot', 'load_steps_hot', 'prbs'))
+@effect('motion_convection', 'thermal', ('power_of_speed', 'square_root'), ('light_hot', 'load_steps_hot', 'prbs'))
 def motion_convection(d: Draw) -> Outcome:
     """The muscle fans itself while it moves."""
     gain = d.between(0.04, 0.35)
