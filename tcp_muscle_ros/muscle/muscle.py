@@ -262,15 +262,18 @@ def simulate(
         temperature=temperature,
     )
     muscle._impose(float(drives.min()), kind, None, None)
-    y = stepping.blank_outputs(times.size)
+    shown = stepping.blank_outputs(times.size)
     p = muscle._p
     if resolution != 1.0:
         p = p.copy()
         p[INDEX['fastest_rate']] *= resolution
-    stepping.run(muscle.state, muscle.imposed, p, muscle._on, times, drives, loads, ambients, y)
-    columns = [np.ascontiguousarray(column) for column in y.T]
-    *values, in_domain, slack = columns
-    shown = dict(zip(Reading._fields, values, strict=False))
+        p.setflags(write=False)  # numba compiles anew for an array that may be written
+    stepping.run(
+        muscle.state, muscle.imposed, p, muscle._on, muscle._q, muscle._work,
+        times, drives, loads, ambients, muscle._y, shown,
+    )  # fmt: skip
+    *values, in_domain, slack = shown
+    columns = dict(zip(Reading._fields, values, strict=False))
     return Outputs(
-        time=times, in_domain=in_domain > 0.5, slack=slack > 0.5, heated=muscle.heated, lost=muscle.lost, **shown
+        time=times, in_domain=in_domain > 0.5, slack=slack > 0.5, heated=muscle.heated, lost=muscle.lost, **columns
     )

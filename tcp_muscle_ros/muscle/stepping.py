@@ -361,10 +361,8 @@ def advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: f
 
 
 @entry
-def advance_many(x: Array, u: Array, p: Array, on: Mask, dt: float, y: Array) -> None:
-    """One tick of many muscles: every array has a leading axis of muscles."""
-    q = np.empty(2 * N_QUANTITIES)
-    work = np.zeros((6, x.shape[1]))
+def advance_many(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: float, y: Array) -> None:
+    """One tick of many muscles: every array but the scratch has a leading axis of muscles."""
     for k in range(x.shape[0]):
         _start(x[k], u[k], p[k], on[k], q, work)
         if dt > 0.0:
@@ -374,18 +372,19 @@ def advance_many(x: Array, u: Array, p: Array, on: Mask, dt: float, y: Array) ->
 
 @entry
 def run(
-    x: Array, u: Array, p: Array, on: Mask, time: Array, drive: Array, load: Array, ambient: Array, y: Array
+    x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array,
+    time: Array, drive: Array, load: Array, ambient: Array, y: Array, shown: Array,
 ) -> None:
     """A whole recording: show at ``time[k]``, then hold input k until ``time[k + 1]``.
 
-    ``time``, ``drive``, ``load``, ``ambient`` have shape (n,); ``y`` is filled, shape (n, N_OUTPUTS).
+    ``time``, ``drive``, ``load``, ``ambient`` have shape (n,); ``shown`` is filled, shape (N_OUTPUTS, n).
     """
-    q = np.empty(2 * N_QUANTITIES)
-    work = np.zeros((6, x.size))
     for k in range(time.size):
         u[IN_DRIVE], u[IN_LOAD], u[IN_AMBIENT] = drive[k], load[k], ambient[k]
         _start(x, u, p, on, q, work)
-        _observe(x, u, p, on, q, work, y[k])
+        _observe(x, u, p, on, q, work, y)
+        for j in range(N_OUTPUTS):
+            shown[j, k] = y[j]
         if k + 1 < time.size:
             _advance(x, u, p, on, q, work, time[k + 1] - time[k])
 
@@ -396,5 +395,5 @@ def scratch() -> tuple[Array, Array]:
 
 
 def blank_outputs(*shape: int) -> Array:
-    """An array for what is shown, shape (*shape, N_OUTPUTS)."""
-    return np.empty((*shape, N_OUTPUTS))
+    """An array for what is shown, shape (N_OUTPUTS, *shape)."""
+    return np.empty((N_OUTPUTS, *shape))
