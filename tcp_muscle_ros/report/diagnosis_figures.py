@@ -30,7 +30,7 @@ from tcp_muscle_ros.report.style import (
     stacked,
 )
 from tcp_muscle_ros.report.tables import SHOWN
-from tcp_muscle_ros.report.words import percent, plain
+from tcp_muscle_ros.report.words import number, percent, plain
 
 _MOST_POINTS = 3000  # a picture is some thousand pixels wide
 _MOST_BARS = 12
@@ -215,7 +215,7 @@ def draw_ranking(path: Path, diagnosis: Diagnosis) -> bool:
         elif not r.refitted:
             remark = 'estimated'
         axis.annotate(
-            f'{r.gain:.4g}   {remark}'.rstrip(),
+            f'{number(r.gain)}   {remark}'.rstrip(),
             (max(r.gain, 0.0), place),
             xytext=(5, 0),
             textcoords='offset points',

@@ -1,32 +1,90 @@
-"""``tcp_muscle diagnose``: what it adds to a diagnosis from the recordings themselves."""
+"""``tcp_muscle diagnose``: what it adds to a diagnosis from the recordings themselves, and how it is interrupted."""
 
+import json
+import signal
+import subprocess
+import sys
+
+import jsonschema
 import numpy as np
-from report.diagnoses import match
+import pytest
+from report.diagnoses import NOMINAL, match
 
 from tcp_muscle_ros.commands.diagnose import with_issues
 from tcp_muscle_ros.diagnosis.experiment import prepare
-from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.parameter_file import read
+from tcp_muscle_ros.recording.bag_writer import write_recording
 from tcp_muscle_ros.recording.recording import Channel, Recording
+from tcp_muscle_ros.report.report_json import schema
+
+TOOL = (sys.executable, '-m', 'tcp_muscle_ros.tool')
+
+
+def recording_of(made, path='bag', notes=()):
+    """The recording that an experiment was."""
+    channels = {name: Channel(name, o.time, o.value, name) for name, o in made.observed.items()}
+    channels['current'] = Channel('current', made.imposed.time, made.imposed.drive, 'current')
+    return Recording(str(path), channels, 0, {'load_n': made.holding.starting_load}, notes)
+
+
+@pytest.fixture
+def bag(tmp_path):
+    _, (made,) = match()
+    write_recording(tmp_path / 'bag', recording_of(made))
+    return tmp_path / 'bag'
 
 
 def test_the_checks_of_the_recordings_are_in_the_report():
     diagnosis, (made,) = match()
-    channels = {name: Channel(name, o.time, o.value, name) for name, o in made.observed.items()}
-    time = made.imposed.time
-    channels['current'] = Channel('current', time, made.imposed.drive, 'current')
-    stroke = channels['displacement']
+    recording = recording_of(made, notes=('the bag was cut short',))
+    stroke = recording['displacement']
     kept = (stroke.time < 100.0) | (stroke.time > 112.0)
-    channels['displacement'] = Channel('displacement', stroke.time[kept], stroke.value[kept], 'displacement')
-    recording = Recording('bag', channels, 0, {}, ('the bag was cut short',))
-    experiment = prepare(recording, Parameters.named('karami_tadesse_2017'), most=1000)
+    recording.channels['displacement'] = Channel('displacement', stroke.time[kept], stroke.value[kept], 'displacement')
+    experiment = prepare(recording, NOMINAL, most=1000)
 
     (summary,) = with_issues(diagnosis, [recording], [experiment]).recordings
     told = '\n'.join(summary.issues)
     assert 'displacement: no sample for 12.2 s from 99.900 s' in told
-    assert 'no load was recorded or stated: taken as 0 N' in told
     assert 'averaged in blocks of up to so many samples: temperature (4)' in told
     assert summary.issues.count('the bag was cut short') == 1
     assert np.isfinite(summary.duration)
 
     again = with_issues(with_issues(diagnosis, [recording], [experiment]), [recording], [experiment])
     assert again.recordings == (summary,)
+
+
+@pytest.mark.processes
+@pytest.mark.slow
+def test_an_interrupted_diagnosis_leaves_a_partial_report(bag, tmp_path):
+    process = subprocess.Popen(
+        [*TOOL, 'diagnose', str(bag), '--output', str(tmp_path / 'report')],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stderr.readline().startswith('diagnosing: ')
+        process.send_signal(signal.SIGINT)
+        said, complained = process.communicate(timeout=120)
+    finally:
+        process.kill()
+    assert process.returncode == 130, complained
+    assert 'Traceback' not in complained
+    assert 'INTERRUPTED' in said
+    content = json.loads((tmp_path / 'report' / 'report.json').read_text())
+    jsonschema.validate(content, schema())
+    assert content['partial'] is True
+    assert 'interrupted' in (tmp_path / 'report' / 'report.html').read_text()
+    assert read(tmp_path / 'report' / 'improved.yaml').parameters.effects == ()
+
+
+@pytest.mark.processes
+def test_a_folder_that_holds_something_is_refused_before_any_work(bag, tmp_path):
+    (tmp_path / 'report').mkdir()
+    (tmp_path / 'report' / 'mine.txt').write_text('kept')
+    done = subprocess.run(
+        [*TOOL, 'diagnose', str(bag), '--output', str(tmp_path / 'report')], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (2, '')
+    (line,) = done.stderr.splitlines()
+    assert 'report: is not empty, and a report overwrites nothing; give another --output' in line
