@@ -9,12 +9,12 @@ from tcp_muscle_ros.parameter_file import render
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 HEADINGS = {
     'karami_tadesse_2017': (
-        'The muscle of Karami & Tadesse 2017, Smart Mater. Struct. 26 125010: Table 1 row by row (L0 to a_R), then the',
-        'rows identified from its text and equations 26 and 27. This is the default set (A); see docs/paper.md.',
+        'The muscle of Karami & Tadesse 2017, Smart Mater. Struct. 26 125010: Table 1 row by row (L0 to a_R), then',
+        'the rows identified from its text and equations 26 and 27. This is the default set (A); see docs/paper.md.',
     ),
     'karami_tadesse_2017_as_printed': (
-        'The same muscle with the constants and signs as printed: hA = 0.15 W/K ends at 29.9 degC after 25 s at 0.27 A,',
-        'and equations 16 to 18 taken literally make it longer when it is heated. For comparison only; see docs/paper.md.',
+        'The same muscle with the constants and signs as printed: hA = 0.15 W/K ends at 29.9 degC after 25 s at',
+        '0.27 A, and equations 16 to 18 taken literally make it longer when heated. For comparison; see docs/paper.md.',
     ),
     'karami_tadesse_2017_set_b': (
         'Set B: hA read as 0.015 W/K (a slipped decimal) with the mass of 0.16 g that restores the peak of 80 degC.',

@@ -46,6 +46,11 @@ class Calibration:
     combinations: tuple[Estimate, ...]
 
     @property
+    def held_by_melting(self) -> bool:
+        """Whether the data want the fibre hotter than a muscle survives: hA and the gain are then that limit's."""
+        return any(float(part[-1]) > 0.0 for part in self.fit.residuals)
+
+    @property
     def parameters(self) -> Parameters:
         """The calibrated muscle; a parameter that the data do not fix keeps the value at which the rest was fitted."""
         return self.fit.muscle

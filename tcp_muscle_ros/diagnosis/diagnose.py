@@ -144,7 +144,7 @@ def insufficient(experiments: Sequence[Experiment]) -> str | None:
 
 
 def candidates_for(experiments: Sequence[Experiment]) -> list[str]:
-    """The effects that are tried: all but those that no single muscle shows, or that these are sampled too slowly for."""
+    """The effects that are tried: all but those that one muscle never shows, or that this sampling is too slow for."""
     rate = max(_rate(e) for e in experiments)
     blocked = all(e.holding.end == 'blocked' for e in experiments)
     skipped = set(NEVER_TESTABLE)

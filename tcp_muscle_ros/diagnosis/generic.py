@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.noise import Noise, estimate, whiten
+from tcp_muscle_ros.diagnosis.noise import Noise, estimate, slow_size, whiten
 from tcp_muscle_ros.muscle import Outputs
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -133,10 +133,17 @@ class Structure:
         return self.gain > self.terms + 4.0 * float(np.sqrt(2.0 * self.terms))
 
 
-def structure(residuals: Sequence[Array], times: Sequence[Array], found: Sequence[Drivers], floor: float) -> Structure:
+def structure(
+    residuals: Sequence[Array],
+    times: Sequence[Array],
+    found: Sequence[Drivers],
+    floor: float,
+    repeated: Noise | None = None,
+) -> Structure:
     """Regress one channel's residuals on the generic basis: first plainly to learn the noise, then whitened.
 
-    ``floor`` is the sensor's quick noise (SI): the noise is never taken to be less.
+    ``floor`` is the sensor's quick noise (SI): the noise is never taken to be less. ``repeated`` is the noise that
+    repeated cycles show; it is taken where it is the smaller, since structure that this basis misses is not in it.
     """
     columns, _ = basis(found)
     stacked, together = np.vstack(columns), np.concatenate(residuals)
@@ -149,11 +156,13 @@ def structure(residuals: Sequence[Array], times: Sequence[Array], found: Sequenc
     # Columns taken out of coloured noise take some of it along.
     sigma *= float(np.sqrt(1.0 / max(1.0 - stacked.shape[1] / max(together.size, 1), 0.2)))
     noise = Noise(sigma, phi)
+    if repeated is not None and slow_size(repeated) < slow_size(noise):
+        noise = Noise(max(repeated.sigma, floor), repeated.phi)
     white = np.concatenate([whiten(r, t, noise) for r, t in zip(residuals, times, strict=True)])
     white_columns = np.vstack([whiten(c, t, noise) for c, t in zip(columns, times, strict=True)])
     coefficients = _solve(white_columns, white)
     rest = white - white_columns @ coefficients
-    inflation = slow_variance(rest, times, sizes)
+    inflation = 1.0 if noise.sigma < sigma else slow_variance(rest, times, sizes)
     gain = float(white @ white - rest @ rest) / inflation
     terms = int(np.linalg.matrix_rank(white_columns))
     fitted = tuple(c @ coefficients for c in columns)

@@ -74,3 +74,8 @@ def estimate(residual: Array, floor: float) -> Noise:
     phi = float(centred[1:] @ centred[:-1]) / power if power > 0.0 else 0.0
     sigma = max(float(np.sqrt(power / residual.size)), floor, 1e-12)
     return Noise(sigma, float(np.clip(phi, 0.0, _LARGEST_PHI)))
+
+
+def slow_size(noise: Noise) -> float:
+    """The noise's weight at low frequencies, by which two estimates are compared."""
+    return noise.sigma * float(np.sqrt((1.0 + noise.phi) / (1.0 - noise.phi)))

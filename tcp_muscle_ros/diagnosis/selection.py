@@ -16,6 +16,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.generic import Structure, drivers, structure
 from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, held_out, improvement
 from tcp_muscle_ros.diagnosis.noise import Noise
+from tcp_muscle_ros.diagnosis.replicates import pure_error
 from tcp_muscle_ros.muscle import EFFECTS
 
 MOST_EFFECTS = 4
@@ -90,7 +91,8 @@ def structures(fitted: Fit) -> dict[str, Structure]:
         owners = [k for k, e in enumerate(problem.experiments) if name in e.observed]
         times = [problem.experiments[k].observed[name].time for k in owners]
         drive = [drivers(problem.experiments[k], outputs[k], t) for k, t in zip(owners, times, strict=True)]
-        found[name] = structure([left[k][name] for k in owners], times, drive, floor[name].sigma)
+        mine = [left[k][name] for k in owners]
+        found[name] = structure(mine, times, drive, floor[name].sigma, pure_error(problem.experiments, mine, name))
     return found
 
 

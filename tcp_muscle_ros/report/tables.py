@@ -64,6 +64,11 @@ def calibration_table(calibration: Calibration) -> str:
     """Parameters with 90 % intervals, those that the data do not fix said to be so, and the misfit by channel."""
     rows = [_row(e) for e in (*calibration.estimates, *calibration.combinations)]
     lines = [table(['parameter', 'nominal', 'value', '90 % interval', 'unit', 'remark'], rows), '']
+    if calibration.held_by_melting:
+        lines.append(
+            'note: the fit would heat the fibre beyond 220 degC, where nylon nears melting; hA and the gain are those '
+            'of this limit, not of the data'
+        )
     for name, errors in calibration.rmse().items():
         unit, factor = SHOWN[name]
         shown = ', '.join('-' if e != e else f'{e * factor:.4g}' for e in errors)

@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+"""docs/effects.md, written from the registry of effects. Prints it; with --update writes it."""
+
+import argparse
+from importlib import import_module
+from pathlib import Path
+
+from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.muscle.effects.effect import STAGES, Effect
+from tcp_muscle_ros.muscle.parameter import Parameter
+
+DOCUMENT = Path(__file__).parents[1] / 'docs' / 'effects.md'
+
+HEAD = """# Physics that the paper leaves out
+
+The resolved model ([paper.md](paper.md)) has one temperature, one stiffness and ideal sensors. Each effect below adds
+one piece of physics to it. All are off by default, and off means the resolved model, bit for bit. Any subset may be on:
+
+```yaml
+/**:
+  ros__parameters:
+    effects: [natural_convection, creep]
+    creep.J: 0.15
+```
+
+The same names and parameters hold in `sim_node`, `tcp_muscle simulate`, `replay` and `diagnose`. Each effect has an
+amplitude (**bold**) that fades it out without a jump; at the value given there it is the resolved model. Values marked
+*estimated* come from the geometry and material of this muscle, not from a measurement of it.
+
+The figures show what an effect, at its default values, adds to the resolved model under the paper's protocol (25 s on,
+45 s off at 0.27 A, three cycles, set A): the channels as the sensors show them, resistance while current flows. Axes
+reach at least the noise of a good rig (0.2 K, 0.02 ohm, 0.05 mm). Before any fit, that is: a change of hA, k0 or a_R
+absorbs part of most of them.
+
+**What looks alike.** Recordings of the paper's protocol hardly split these groups: heat_capacity, latent_heat (and the
+first cycle of moisture); natural_convection, radiation, exposed_area; load_stroke and thermocouple_gain;
+displacement_drift, viscous_flow, fatigue; contact_resistance is an exact change of R0, a_R, hA and C. The loop of
+stroke over temperature has a direction that helps: with x = contraction, heating lies on top for thermocouple_lag,
+clock_skew, creep, branch_cte and end_conduction, cooling for two_node, hysteresis and friction. A slower cycle shrinks
+it for all of these but branch_cte, hysteresis and friction.
+
+**Out of scope.** Rows of the catalogue without a name: E-07 inductance (0.3 to 1.2 uH, 20 to 80 ns: invisible below
+100 kHz), E-08 uneven current along the muscle (seen as thermocouple_gain), M-15 acceleration of the load as a force
+(below 0.01 N; the swing itself is inertia), X-01 humidity, pressure and orientation of the air from day to day (seen
+as a change of hA and k0).
+
+Written by `scripts/effect_document.py`, figures by `scripts/effect_figures.py`.
+"""
+
+
+def number(value: float) -> str:
+    """Short, and without the dust of binary fractions."""
+    return f'{value:.6g}'
+
+
+def row(effect: Effect, parameter: Parameter) -> str:
+    """One parameter as a table row, as people see it: absolute temperatures in degC."""
+    name = f'{effect.name}.{parameter.name}'
+    if parameter.name == effect.strength:
+        name = f'**{name}** (none: {number(effect.none)})'
+    bounds = f'{number(parameter.edge_low)} to {number(parameter.edge_high)}'
+    return (
+        f'| {name} | {number(parameter.edge_value)} | {parameter.edge_unit} | {bounds} | {parameter.meaning} '
+        f'| {parameter.source} |'
+    )
+
+
+def section(effect: Effect) -> str:
+    """One effect: what its module says of it, its parameters, its figure."""
+    text = import_module(f'tcp_muscle_ros.muscle.effects.{effect.name}').__doc__ or ''
+    first, _, rest = text.strip().partition('\n')
+    _, _, sentence = first.partition(': ')
+    mark = f' ({effect.row})' if effect.row else ''
+    rows = '\n'.join(row(effect, parameter) for parameter in effect.parameters)
+    return (
+        f'### {effect.name}{mark}\n\n{sentence[0].upper()}{sentence[1:]}\n{rest}\n\nSource: {effect.source}.\n\n'
+        '| parameter | default | unit | bounds | meaning | source |\n|---|---|---|---|---|---|\n'
+        f'{rows}\n\n![{effect.name}](images/effects/{effect.name}.png)\n'
+    )
+
+
+def document() -> str:
+    """The whole document."""
+    parts = [HEAD]
+    for stage in STAGES:
+        members = [effect for effect in EFFECTS.values() if effect.stage == stage]
+        parts.append(f'## {stage.capitalize()}\n')
+        parts += [section(effect) for effect in members]
+    return '\n'.join(parts)
+
+
+if __name__ == '__main__':
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--update', action='store_true', help='write docs/effects.md')
+    if parser.parse_args().update:
+        DOCUMENT.write_text(document(), encoding='utf-8')
+    else:
+        print(document(), end='')
