@@ -119,7 +119,9 @@ def make_case(suite: str, seed: int, number: int, kind: str, what: str) -> Case:
     if kind == 'ambiguous':
         return _ambiguous(f'case_{number:04d}', seeds, rng, lab, int(what), form)
     names, nominal, verdicts = _what(kind, what, rng, body)
-    concealed = [conceal(name, float(rng.uniform(0.0, 1.0)), form, body, rng) for name in names]
+    # singles reach below the catalogue's ranges, so that the power curve has a foot
+    weakest = {'single': -0.25, 'unlisted': 0.2}.get(kind, 0.0)
+    concealed = [conceal(name, float(rng.uniform(weakest, 1.0)), form, body, rng) for name in names]
     if names:
         menus = [EFFECTS[name].shown_by for name in names]
     else:  # as if something were looked for, so that the experiments give nothing away

@@ -3,8 +3,8 @@
 python -m proof.score DIR REPORTS --labels LABELS [--json FILE] [--log FILE]
 
 DIR is what proof.generate wrote (its SEAL is checked), REPORTS has <case>/report.json in the schema of the diagnosis. A
-case without a report counts as a failure wherever it should have been solved. Every scoring of a sealed suite is
-appended to the log.
+case without a report is a failure wherever something was to be found, and does not count as silence on a null or a
+decoy. Every scoring of a sealed suite is appended to the log.
 """
 
 import argparse
@@ -146,8 +146,9 @@ def number(name: str, aim: str, values: Sequence[float], summary: Callable[[Sequ
 
 def scores(answers: Sequence[Answer]) -> list[Row]:
     """The figures that the diagnosis aims at."""
-    of = {kind: [a for a in answers if a.label['kind'] == kind] for kind in ('single', 'double', 'triple', 'null')}
-    decoys = [a for a in answers if a.label['kind'] == 'decoy']
+    of = {kind: [a for a in answers if a.label['kind'] == kind] for kind in ('single', 'double', 'triple')}
+    nulls = [a for a in answers if a.label['kind'] == 'null' and a.report]  # silence is no proof of restraint
+    decoys = [a for a in answers if a.label['kind'] == 'decoy' and a.report]
     unlisted = [a for a in answers if a.label['kind'] == 'unlisted' and a.truth]
     pairs = [a for a in answers if a.label['kind'] == 'ambiguous']
     alike = [a for a in pairs if a.truth and a.label['effects'][0]['visibility'].get('likeness', 0.0) >= ALIKE]
@@ -157,11 +158,11 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
     three = [a for a in of['triple'] if len(a.truth) == 3]
     solved = [a for a in seen if a.findings and a.label['effects'][0]['effect'] in named(a.findings[0])]
     gaps = [g for a in [*seen, *two, *three] if (g := gap_closed(a)) is not None]
-    inside = [i for a in [*of['null'], *decoys, *solved] if a.label['kind'] != 'decoy' or a.physics == []
+    inside = [i for a in [*nulls, *decoys, *solved] if a.label['kind'] != 'decoy' or a.physics == []
               for i in covered(a)]  # fmt: skip
     return [
         rate('reports written', '100 %', answers, lambda a: a.report is not None),
-        rate('false physics on nulls', '<= 2 %', of['null'], lambda a: bool(a.physics)),
+        rate('false physics on nulls', '<= 2 %', nulls, lambda a: bool(a.physics)),
         rate('decoys named as physics', '<= 3 %', decoys, lambda a: bool(a.physics)),
         rate('verdict right on decoys', '', decoys, right),
         rate('stage right, singles', '>= 98 %', seen, lambda a: a.stage() in a.stages),

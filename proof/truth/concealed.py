@@ -1,8 +1,9 @@
 """What can be concealed in a muscle, and in which forms.
 
 Each effect is one function: it draws its numbers for a strength between 0 (barely visible) and 1 (obvious), within the
-ranges of the catalogue in physics.md part 2, and says how the bench is changed. An effect has two forms, neither of
-them the catalogue's own: the first is for development, the second for the sealed suite.
+ranges of the catalogue in physics.md part 2 (a little below 0: weaker than these), and says how the bench is changed.
+An effect has two forms, neither of them the catalogue's own: the first is for development, the second for the sealed
+suite.
 """
 
 from collections.abc import Callable

@@ -188,7 +188,7 @@ def moisture(d: Draw) -> Outcome:
 @effect('two_node', 'thermal', ('three_shells', 'five_shells'), ('prbs', 'paper', 'staircase'))
 def two_node(d: Draw) -> Outcome:
     """Heat enters at the skin, where thermometer and silver are; the core, which pulls, follows."""
-    link = d.between(0.6, 0.09)  # W/K, total
+    link = min(d.between(0.6, 0.09), 0.7)  # W/K, total
     shells = 3 if d.form == 0 else 5
     share = np.array([0.30, *np.full(shells - 1, 0.70 / (shells - 1))])
     between = np.full(shells - 1, link * (shells - 1))

@@ -205,6 +205,7 @@ def test_a_missing_report_is_a_failure():
     label = answer('single', ['creep'], []).label
     assert value([Answer(label, None)], 'single named first') == 0.0
     assert value([Answer(label, None)], 'reports written') == 0.0
+    assert value([Answer({**label, 'kind': 'null'}, None)], 'false physics on nulls') is None
 
 
 def test_sets_are_matched_one_to_one():
