@@ -162,25 +162,60 @@ def load(path: Path) -> object:
         raise BadInput(f'{path}: does not parse as YAML{where}: {problem}') from None
 
 
+_EXPECTED = "expected '/**:', below it 'ros__parameters:', below that names and values"
+
+
 def _flatten(content: object, path: str) -> dict[str, object]:
-    expected = "expected '/**:', below it 'ros__parameters:', below that names and values"
     if not isinstance(content, dict) or not content:
-        raise BadInput(f'{path}: no parameters; {expected}')
+        raise BadInput(f'{path}: no parameters; {_EXPECTED}')
     flat: dict[str, object] = {}
-
-    def add(prefix: str, branch: Mapping[object, object]) -> None:
-        for key, value in branch.items():
-            name = f'{prefix}{key}'
-            if isinstance(value, dict):
-                add(f'{name}.', value)
-            else:
-                flat[name] = value
-
     for node, body in content.items():
         if not isinstance(body, dict) or not isinstance(body.get('ros__parameters'), dict):
-            raise BadInput(f"{path}: no 'ros__parameters' below '{node}'; {expected}")
-        add('', body['ros__parameters'])
+            raise BadInput(f"{path}: no 'ros__parameters' below '{node}'; {_EXPECTED}")
+        flat |= _dotted(body['ros__parameters'])
     return flat
+
+
+def _dotted(branch: Mapping[object, object], prefix: str = '') -> dict[str, object]:
+    flat: dict[str, object] = {}
+    for key, value in branch.items():
+        if isinstance(value, dict):
+            flat |= _dotted(value, f'{prefix}{key}.')
+        else:
+            flat[f'{prefix}{key}'] = value
+    return flat
+
+
+def values_for(path: Path, node: str) -> dict[str, object]:
+    """What a file says to the node of this name, in whatever namespace: names with dots, values as ROS reads them.
+
+    The file may hold sections of other nodes, and namespaces above them.
+
+    Raises:
+        BadInput: as ``load``, or a file without any parameters.
+    """
+    found: dict[str, dict[str, object]] = {}
+
+    def search(branch: object, pattern: str) -> None:
+        for key, below in branch.items() if isinstance(branch, dict) else ():
+            if key == 'ros__parameters' and isinstance(below, dict):
+                found[pattern] = _dotted(below)
+            else:
+                search(below, f'{pattern}/{key}')
+
+    search(load(path), '')
+    if not found:
+        raise BadInput(f'{path}: no parameters; {_EXPECTED}')
+    fitting = [values for pattern, values in found.items() if pattern.rpartition('/')[2] in ('**', '*', node)]
+    return {name: as_ros_reads(value) for values in fitting for name, value in values.items()}
+
+
+def as_ros_reads(value: object) -> object:
+    """YAML 1.1 takes 1e-4 for a word; ROS takes it for a number."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
 
 
 def _number(name: str, value: object, unit: str) -> float:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import rclpy
+import yaml
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException
 from rclpy.executors import SingleThreadedExecutor
@@ -65,7 +66,7 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -
         signal.signal(number, on_signal)
     node = executor = spinner = None
     try:
-        check_parameter_files(arguments)
+        check_arguments(arguments, name)
         set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say everything a second time
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         set_logger_level('rcl', LoggingSeverity.INFO)
@@ -120,12 +121,42 @@ def _one_line(problem: BaseException) -> str:
     return ' '.join(str(problem).split())
 
 
-def check_parameter_files(arguments: Sequence[str]) -> None:
-    """Say where a ``--params-file`` does not parse, before rcl does with fewer words.
+def check_arguments(arguments: Sequence[str], name: str) -> None:
+    """Refuse what rcl would read with fewer words, or read wrongly.
+
+    Given a whole number in one place and a decimal in another, rcl takes the whole one whatever the order: a current
+    limit of 0.1 A after a file that says 1 would be 1 A.
 
     Raises:
-        BadInput: a file that is missing, is no YAML, or holds no parameters.
+        BadInput: a ``--params-file`` that is missing, is no YAML or holds no parameters; a parameter of node ``name``
+            given both ways.
     """
-    for flag, path in pairwise(arguments):
-        if flag == '--params-file' and 'ros__parameters' not in str(parameter_file.load(Path(path))):
-            raise BadInput(f"{path}: no parameters in it; expected '/**:' and under it 'ros__parameters:'")
+    first: dict[str, tuple[type, str]] = {}
+    for flag, argument in pairwise(arguments):
+        if flag == '--params-file':
+            given = parameter_file.values_for(Path(argument), name)
+            source = argument
+        elif flag in ('-p', '--param'):
+            given = _on_the_command_line(argument, name)
+            source = f'-p {argument}'
+        else:
+            continue
+        for key, value in given.items():
+            if isinstance(value, int | float) and not isinstance(value, bool):
+                kind, before = first.setdefault(key, (type(value), source))
+                if kind is not type(value):
+                    raise BadInput(
+                        f"parameter '{key}' is a whole number and a decimal one ({before}, {source}), of which ROS "
+                        f'would take the whole one: write it with a point in both'
+                    )
+
+
+def _on_the_command_line(argument: str, name: str) -> dict[str, object]:
+    key, _, text = argument.partition(':=')
+    node, _, parameter = key.rpartition(':')
+    if node not in ('', name):
+        return {}
+    try:
+        return {parameter: parameter_file.as_ros_reads(yaml.safe_load(text))}
+    except yaml.YAMLError:
+        return {}  # rcl says so

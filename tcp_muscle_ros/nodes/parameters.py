@@ -79,7 +79,8 @@ def _expected(row: Operating) -> str:
     if isinstance(row.default, str):
         return ' or '.join(row.choices) or 'a text'
     whole = 'a whole number, ' if isinstance(row.default, int) else ''
-    return f'{whole}{row.low:g} to {row.high:g} {row.unit}'.rstrip() + f' ({row.meaning})'
+    unit = '' if row.unit in ('', '1') else f' {row.unit}'
+    return f'{whole}{row.low:g} to {row.high:g}{unit} ({row.meaning})'
 
 
 def _shown(value: object) -> str:

@@ -15,9 +15,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from tcp_muscle_ros.control.safety import Limits, Report, Safety, State, celsius
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, declare
-from tcp_muscle_ros.nodes.ticks import RosTime, SteadyTime, TickLoop, TimeBase
+from tcp_muscle_ros.nodes.ticks import BACKLOG, RosTime, SteadyTime, TickLoop, TimeBase
 
-STATE_QOS = QoSProfile(depth=10)  # reliable, keep last
+STATE_QOS = QoSProfile(depth=BACKLOG)  # reliable, keep last
 COMMAND_QOS = QoSProfile(depth=1)  # reliable, keep last: only the newest command counts
 _QUIET = (State.ENABLED, State.DISABLED)
 
@@ -236,6 +236,7 @@ class SafeNode(Node):
             'skipped_steps': str(report.skipped),
             'ticks': str(0 if self.loop is None else self.loop.ticks),
             'missed_ticks': str(missed),
+            'unpublished_ticks': str(0 if self.loop is None else self.loop.unpublished),
             'clock_jumps': str(0 if self.loop is None else self.loop.jumps),
             **self.facts(),
         }

@@ -5,7 +5,7 @@ from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
@@ -20,7 +20,7 @@ from tcp_muscle_ros.nodes.sensors import Noise, Sensor
 from tcp_muscle_ros.nodes.ticks import SECOND, ScaledTime, TimeBase
 from tcp_muscle_ros.operating import SIM
 
-_CLOCK_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+_CLOCK_QOS = QoSProfile(depth=1)
 _CHANNELS = {'temperature': 'k', 'resistance': 'ohm', 'displacement': 'm', 'force': 'n'}
 
 

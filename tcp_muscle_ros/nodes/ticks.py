@@ -13,6 +13,8 @@ from rclpy.clock import Clock, JumpThreshold
 from rclpy.duration import Duration
 
 SECOND = 1_000_000_000  # ns
+BACKLOG = 10  # ticks; the depth of the state topics' queues
+_NOTICED = 1_000_000  # ns by which the stamps may differ from the system's clock
 _COARSE = 0.02  # s: above it a wait can be interrupted, below it one sleep is the most punctual
 
 
@@ -56,10 +58,14 @@ class SteadyTime(TimeBase):
         return self.now() - due
 
     def shift(self) -> int:
-        """How the system's clock was set against the steady one."""
-        offset = self._clock.now().nanoseconds - time.monotonic_ns()
-        shift = offset - self._offset
-        self._offset = offset
+        """How the system's clock was set against the steady one: nothing, until it is more than a millisecond."""
+        before = time.monotonic_ns()
+        system = self._clock.now().nanoseconds
+        after = time.monotonic_ns()
+        shift = system - (before + after) // 2 - self._offset
+        if abs(shift) < _NOTICED or after - before > _NOTICED:  # or interrupted between the two looks
+            return 0
+        self._offset += shift
         return shift
 
 
@@ -81,9 +87,7 @@ class ScaledTime(TimeBase):
 
     def wait(self, until: int, stop: threading.Event) -> None:
         """Return when it is ``until``; see TimeBase."""
-        if self._factor == 0.0:
-            time.sleep(0.0)  # lets the executor's thread in
-        else:
+        if self._factor > 0.0:
             then, reached = self._anchor
             wake = then + round((until - reached) / self._factor)
             if time.monotonic_ns() - wake > 0.1 * SECOND:
@@ -133,10 +137,11 @@ def _sleep(until: int, now: Callable[[], int], stop: threading.Event) -> None:
 class TickLoop:
     """Calls ``tick(stamp, dt, publish)`` at a fixed rate in a thread: stamp in ns, dt in s since the tick before.
 
-    A tick that is late by a period or more is still made, in its place and with its own stamp, but told not
-    to publish (what is due next is newer), and counted in ``missed``. After a jump of the clock, back or by
-    more than ``longest_step`` s ahead, there is one tick whose dt says so (<= 0 or too long), and the rate
-    starts anew from there.
+    A tick that is late by a period or more is counted in ``missed``, made all the same, and published with its own
+    stamp: a recording stays complete over a hiccup. Late by more than BACKLOG periods, which is more than subscribers
+    keep, it is made but not published (counted in ``unpublished``), so that a machine that cannot keep up stays in the
+    present. After a jump of the clock, back or by more than ``longest_step`` s ahead, there is one tick whose dt says
+    so (<= 0 or too long), and the rate starts anew from there.
     """
 
     def __init__(
@@ -150,6 +155,7 @@ class TickLoop:
     ) -> None:
         self.ticks = 0
         self.missed = 0
+        self.unpublished = 0
         self.jumps = 0
         self.failure: BaseException | None = None
         self._base = base
@@ -205,9 +211,10 @@ class TickLoop:
                 tick(origin, (origin - before) * 1e-9, True)
                 before = origin
                 continue
-            publish = base.lateness(due) < period
-            if not publish:
-                self.missed += 1
+            late = base.lateness(due)
+            publish = late < BACKLOG * period
+            self.missed += late >= period
+            self.unpublished += not publish
             tick(due, period * 1e-9, publish)
             self.ticks += 1
             before = due
