@@ -30,7 +30,8 @@ amplitude (**bold**) that fades it out without a jump; at the value given there 
 The figures show what an effect, at its default values, adds to the resolved model under the paper's protocol (25 s on,
 45 s off at 0.27 A, three cycles, set A): the channels as the sensors show them, resistance while current flows. Axes
 reach at least the noise of a good rig (0.2 K, 0.02 ohm, 0.05 mm). Before any fit, that is: a change of hA, k0 or a_R
-absorbs part of most of them.
+absorbs part of most of them. The last panel is the loop: by how much the stroke lies above the resolved model's at the
+temperature shown, orange while it rises and blue while it falls. elastocaloric and inertia show load steps from 30 g.
 
 **What looks alike.** Recordings of the paper's protocol hardly split these groups: heat_capacity, latent_heat (and the
 first cycle of moisture); natural_convection, radiation, exposed_area; load_stroke and thermocouple_gain;

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from tcp_muscle_ros.muscle import EFFECTS, Outputs, Parameters, simulate
+from tcp_muscle_ros.muscle import EFFECTS, Outputs, Parameters, length, simulate
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.report.style import AFTER, COOLING, HEATING, OTHER, canvas, plt
+from tcp_muscle_ros.report.style import AFTER, COOLING, HEATING, canvas, plt
 
 FOLDER = Path(__file__).parents[1] / 'docs' / 'images' / 'effects'
 NOMINAL = Parameters.named('karami_tadesse_2017')
@@ -57,15 +57,24 @@ def draw(name: str) -> None:
         dR.plot(time, (real.resistance - plain.resistance) * flows, color=colour, linewidth=1.0)
         dx.plot(time, 1e3 * (real.displacement - plain.displacement), color=colour, linewidth=1.0)
         if label == '60 g':
-            for outputs, shade in ((plain, OTHER), (real, colour)):
-                loop.plot(outputs.temperature - 273.15, 1e3 * outputs.displacement, color=shade, linewidth=1.0)
-    for axis, title, least in ((dT, 'temperature (K)', 0.2), (dR, 'resistance (ohm)', 0.02), (dx, 'stroke (mm)', 0.05)):
+            rest = length(NOMINAL, NOMINAL['T0'], load[0])
+            beside = 1e3 * (real.displacement - (rest - length(NOMINAL, real.temperature, load)))
+            warming = np.gradient(real.temperature) > 0.0
+            for rising, shade in ((True, HEATING), (False, COOLING)):
+                branch = np.where(warming == rising, beside, np.nan)
+                loop.plot(real.temperature - 273.15, branch, color=shade, linewidth=1.0)
+    titles = (
+        'added temperature (K)',
+        'added resistance (ohm)',
+        'added stroke (mm)',
+        'stroke beside its model (mm), 60 g',
+    )
+    for axis, title, least in zip((dT, dR, dx, loop), titles, (0.2, 0.02, 0.05, 0.05), strict=True):
         low, high = axis.get_ylim()
-        axis.set_ylim(min(low, -least), max(high, least))  # nothing smaller than the noise fills a panel
-        axis.set_title(f'added {title}', fontsize=8)
+        axis.set_ylim(min(low, -least), max(high + 0.05 * (high - low), least))  # no panel is filled by less than noise
+        axis.set_title(title, fontsize=8)
         axis.set_xlabel('time (s)', fontsize=7)
-    loop.set_title('stroke (mm) over temperature, 60 g', fontsize=8)
-    loop.set_xlabel('temperature (degC); grey: without', fontsize=7)
+    loop.set_xlabel('temperature (degC), orange: rising', fontsize=7)
     dT.legend(fontsize=6, frameon=False, handlelength=1.0)
     for axis in (dT, dR, dx, loop):
         axis.tick_params(labelsize=6)
