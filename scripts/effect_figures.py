@@ -71,7 +71,8 @@ def draw(name: str) -> None:
     )
     for axis, title, least in zip((dT, dR, dx, loop), titles, (0.2, 0.02, 0.05, 0.05), strict=True):
         low, high = axis.get_ylim()
-        axis.set_ylim(min(low, -least), max(high + 0.05 * (high - low), least))  # no panel is filled by less than noise
+        low, high = min(low, -least), max(high, least)  # no panel is filled by less than noise
+        axis.set_ylim(low, high + 0.05 * (high - low))
         axis.set_title(title, fontsize=8)
         axis.set_xlabel('time (s)', fontsize=7)
     loop.set_xlabel('temperature (degC), orange: rising', fontsize=7)
