@@ -16,6 +16,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.recording import OUTPUTS, Channel, Recording
 
 _SAME_INSTANT = 1e-6  # s: stamps closer than this are one
+_INTERPOLATED = 0.15  # s: a muscle's temperature bends by less than a hundredth of a kelvin in twice that
 _LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
 
 
@@ -145,7 +146,7 @@ def prepare(
         still = conditions.ambient if conditions.ambient is not None else nominal['T0']
     start = max(float(drive.time[0]), 0.0)
     end = max(float(channel.time[-1]) for channel in observed.values())
-    blocks = {name: _blocks(channel, drive, most, start) for name, channel in observed.items()}
+    blocks = {name: _blocks(channel, drive, load, most, start) for name, channel in observed.items()}
     grid = _grid([channel.time for channel in blocks.values()], drive, load, start, end)
     imposed = Imposed(
         kind,
@@ -271,26 +272,49 @@ def _changes(channel: Channel | float) -> Array:
 
 
 def _grid(stamps: list[Array], drive: Channel, load: Channel | float, start: float, end: float) -> Array:
-    densest = max(stamps, key=len)
-    # Channels stamped apart within a tick are interpolated between ticks; sparse ones get their own instants.
-    own = [s for s in stamps if s is densest or (s.size > 1 and np.median(np.diff(s)) > 0.3)]
-    instants = np.concatenate([np.array([start, end]), *own, _changes(drive), _changes(load)])
+    """The instants at which the model is stepped: the densest channel's, what others have beyond it, all changes.
+
+    Channels stamped within a fraction of a second of an instant are interpolated; a channel that goes on where the
+    densest has a gap (resistance is read under current only) brings its own.
+    """
+    by_size = sorted(stamps, key=len, reverse=True)
+    instants = by_size[0]
+    for other in by_size[1:]:
+        at = np.searchsorted(instants, other)
+        left = np.abs(other - instants[np.maximum(at - 1, 0)])
+        right = np.abs(other - instants[np.minimum(at, instants.size - 1)])
+        instants = np.union1d(instants, other[np.minimum(left, right) > _INTERPOLATED])
+    instants = np.concatenate([np.array([start, end]), instants, _changes(drive), _changes(load)])
     instants = np.unique(instants[(instants >= start) & (instants <= end)])
     keep = np.concatenate([[True], np.diff(instants) > _SAME_INSTANT])
     return np.ascontiguousarray(instants[keep])
 
 
-def _blocks(channel: Channel, drive: Channel, most: int | None, start: float) -> Observed:
-    """The channel from ``start`` on, averaged in blocks where it has more than ``most`` samples."""
+def _edges(channel: Channel | float, samples: int) -> Array:
+    """The changes of an input that are edges: none where it changes at nearly every tick."""
+    changes = _changes(channel)
+    return changes if changes.size <= samples // 4 else np.empty(0)
+
+
+def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int | None, start: float) -> Observed:
+    """The channel from ``start`` on, averaged in blocks where it has more than ``most`` samples.
+
+    A muscle answers a step of the load at once, and whether a sample with the step's own stamp was taken before or
+    after it no recording says: samples that close to a step of the load are left out.
+    """
     kept = channel.time >= start - _SAME_INSTANT
+    steps = _edges(load, channel.time.size)
+    if steps.size and channel.time.size > 1 and channel.name in ('displacement', 'force'):
+        near = 0.6 * float(np.median(np.diff(channel.time)))
+        at = np.searchsorted(steps, channel.time)
+        before = np.abs(channel.time - steps[np.maximum(at - 1, 0)])
+        after = np.abs(channel.time - steps[np.minimum(at, steps.size - 1)])
+        kept &= np.minimum(before, after) > near
     time, value = channel.time[kept], channel.value[kept]
     if most is None or time.size <= most:
         return Observed(time, value, np.ones(time.size))
     width = int(np.ceil(time.size / most))
-    changes = _changes(drive)
-    if changes.size > time.size // 4:  # a drive that changes at every tick has no edges to respect
-        changes = np.empty(0)
-    segment = np.searchsorted(changes, time, side='right')
+    segment = np.searchsorted(np.union1d(_edges(drive, time.size), steps), time, side='right')
     first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
     position = np.arange(time.size) - np.repeat(first, np.diff(np.append(first, time.size)))
     label = np.cumsum(np.concatenate([[0], (np.diff(segment) != 0) | (position[1:] % width == 0)]))
