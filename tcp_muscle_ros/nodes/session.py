@@ -152,8 +152,9 @@ class Session:
 
 
 def _listen(process: 'subprocess.Popen[str]', lines: list[str]) -> None:
-    if process.stdout is not None:
-        for line in process.stdout:
+    assert process.stdout is not None
+    with process.stdout as output:
+        for line in output:
             lines.append(line)  # noqa: PERF402 - as they come, not when the process ends
 
 

@@ -51,8 +51,7 @@ def followed(folder, plant, limit, profile, duration, **control):
 
 
 def assert_settles(step, factor, overshoot):
-    # Beside the factor: the period of the requirement, and the two in which a message waits for the nodes' ticks.
-    assert step.response.settling_time <= factor * step.possible_time + 3.0 * study.PERIOD
+    assert step.response.settling_time <= factor * step.possible_time + study.PERIOD
     assert step.response.overshoot < overshoot
     assert step.response.steady_error < 1e-4
 
