@@ -19,7 +19,8 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64
 
-PATIENCE = 120.0  # s; a first start compiles the model, and the machine may be busy
+STARTING = 120.0  # s; a first start compiles the model, and the machine may be busy
+PATIENCE = 30.0  # s, for what a running node does
 DOMAIN = 1 + (os.getpid() + 37) % 100
 ENVIRONMENT = {
     **os.environ,
@@ -122,7 +123,7 @@ class Bench:
     def speaker(self, topic, kind=Float64):
         """A publisher that is heard by somebody."""
         publisher = self.node.create_publisher(kind, topic, QoSProfile(depth=1))
-        self.until(publisher.get_subscription_count, f'nobody listens to {topic}')
+        self.until(publisher.get_subscription_count, f'nobody listens to {topic}', STARTING)
         return publisher
 
     def until(self, condition, otherwise, patience=PATIENCE):
@@ -159,7 +160,7 @@ class Bench:
 
     def call(self, kind, service, **fields):
         client = self.node.create_client(kind, service)
-        assert client.wait_for_service(PATIENCE), service
+        assert client.wait_for_service(STARTING), service
         future = client.call_async(kind.Request(**fields))
         self.until(future.done, f'{service} does not answer')
         return future.result()

@@ -66,7 +66,7 @@ def sim(bench):
             return diagnostics_of(self.diagnostics, '/sim/sim_node')
 
     made = Sim()
-    bench.until(lambda: made.current, 'sim_node publishes nothing')
+    bench.until(lambda: made.current, 'sim_node publishes nothing', 120.0)
     return made
 
 
@@ -184,7 +184,7 @@ def loop(bench, request):
             self.command = bench.listen(f'/{namespace}/current_command')
             self.displacement = bench.listen(f'/{namespace}/displacement')
             self.setpoint = bench.speaker(f'/{namespace}/displacement_setpoint')
-            bench.until(lambda: self.displacement and self.command, 'no messages')
+            bench.until(lambda: self.displacement and self.command, 'no messages', 120.0)
             self.setpoint.publish(Float64(data=0.01))
 
         def works(self):

@@ -45,7 +45,7 @@ class Muscles:
         return self.heard[name]
 
     def speaking(self):
-        self.bench.until(lambda: self.temperature and self.joints, 'sim_node publishes nothing')
+        self.bench.until(lambda: self.temperature and self.joints, 'sim_node publishes nothing', 120.0)
         return self
 
     def call(self, kind, service, **fields):

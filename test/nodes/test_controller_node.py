@@ -1,0 +1,200 @@
+"""controller_node against rigs that lie, fall silent or ask for nonsense, and against a muscle that behaves."""
+
+import threading
+import time
+from contextlib import contextmanager
+from math import inf, nan
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+
+pytestmark = pytest.mark.processes
+
+LOST = 0.2  # s, the feedback's timeout at 100 Hz
+MARGIN = 0.4  # s, for a busy machine
+
+
+@pytest.fixture(scope='module')
+def diagnostics(bench):
+    return bench.listen('/diagnostics', DiagnosticArray)
+
+
+class Controller:
+    def __init__(self, bench, diagnostics, namespace, **parameters):
+        self.bench, self.namespace, self._diagnostics = bench, namespace, diagnostics
+        self.command = bench.listen(f'/{namespace}/current_command')
+        self.shaped = bench.listen(f'/{namespace}/shaped_setpoint')
+        self.program = bench.start('controller_node', namespace, **parameters)
+        self.setpoint = bench.speaker(f'/{namespace}/displacement_setpoint')
+        bench.until(lambda: self.command, 'controller_node publishes nothing', 120.0)
+
+    def facts(self):
+        for _, array in reversed(self._diagnostics[-50:]):
+            for status in array.status:
+                if status.name == f'/{self.namespace}/controller_node':
+                    return {'message': status.message, **{value.key: value.value for value in status.values}}
+        return {'message': '', 'state': ''}
+
+    def call(self, kind, service, **fields):
+        return self.bench.call(kind, f'/{self.namespace}/controller_node/{service}', **fields)
+
+    def end(self):
+        self.program.kill()
+        self.bench.forget(self.command, self.shaped)
+
+
+@contextmanager
+def rig(bench, namespace, topic, value):
+    """A sensor that publishes what ``value(k)`` says at 100 Hz, None for nothing."""
+    publisher, stop = bench.speaker(f'/{namespace}/{topic}'), threading.Event()
+
+    def publish():
+        k = 0
+        while not stop.wait(0.01):
+            shown = value(k)
+            if shown is not None:
+                publisher.publish(Float64(data=shown))
+            k += 1
+
+    thread = threading.Thread(target=publish, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+
+
+@pytest.fixture
+def controller(bench, diagnostics, request):
+    made = Controller(bench, diagnostics, request.node.name[:50].replace('[', '_').replace(']', ''))
+    yield made
+    made.end()
+
+
+def test_a_frozen_sensor_stops_the_current(bench, controller):
+    with rig(bench, controller.namespace, 'displacement', lambda k: 0.0):
+        controller.setpoint.publish(Float64(data=0.02))
+        bench.until(lambda: controller.command.last.data > 0.2, 'it does not begin')
+        stopped = bench.until(lambda: controller.command.last.data == 0.0, 'it heats on against a dead sensor', 10.0)
+        bench.until(lambda: 'displacement frozen at 0 while the model moves' in controller.program.said(), 'not said')
+        bench.until(lambda: controller.facts()['state'] == 'timed out', 'not in the diagnostics')
+        # What retries may do to a muscle whose sensor stays dead: a fraction of a millimetre.
+        bench.until(lambda: len(controller.command.since(stopped)) > 500, 'it stands still')
+        predicted = float(controller.facts()['predicted_displacement_m'])
+        assert predicted < 1e-3
+
+
+def test_feedback_that_moves_keeps_it_going_and_silence_stops_it(bench, controller):
+    mute = threading.Event()
+    with rig(bench, controller.namespace, 'displacement', lambda k: None if mute.is_set() else 1e-4 * (k % 2)):
+        controller.setpoint.publish(Float64(data=0.02))
+        begun = bench.until(lambda: controller.command.last.data > 0.2, 'it does not begin')
+        bench.until(lambda: len(controller.command.since(begun)) > 150, 'it stands still')
+        mute.set()
+        silent = time.monotonic()
+        stopped = bench.until(lambda: controller.command.last.data == 0.0, 'silence does not stop it', 5.0)
+        assert stopped - silent < LOST + MARGIN
+        mute.clear()
+        bench.until(lambda: controller.command.last.data > 0.2, 'it does not come back', 10.0)
+
+
+@pytest.mark.parametrize('broken', [nan, inf])
+def test_feedback_that_is_no_number_is_no_feedback(bench, controller, broken):
+    good = threading.Event()
+    good.set()
+    with rig(bench, controller.namespace, 'displacement', lambda k: 1e-4 * (k % 2) if good.is_set() else broken):
+        controller.setpoint.publish(Float64(data=0.02))
+        bench.until(lambda: controller.command.last.data > 0.2, 'it does not begin')
+        good.clear()
+        bench.until(lambda: controller.command.last.data == 0.0, 'it goes on', 5.0)
+        bench.until(lambda: controller.facts().get('refused_inputs', '').startswith('displacement'), 'not counted')
+        assert controller.program.process.poll() is None
+
+
+# One muscle and its controller for what follows
+
+
+@pytest.fixture(scope='module')
+def pair(bench, diagnostics):
+    sim = bench.start('sim_node', 'pair', displacement_noise_m=1e-5)
+    made = Controller(bench, diagnostics, 'pair', start_enabled=False)
+    made.displacement = bench.listen('/pair/displacement')
+    bench.until(lambda: made.displacement, 'sim_node publishes nothing', 120.0)
+    yield made
+    made.end()
+    sim.kill()
+    bench.forget(made.displacement)
+
+
+def test_it_waits_for_enable_and_for_a_setpoint_that_makes_sense(bench, pair):
+    for count, nonsense in enumerate((nan, inf, 20.0), 1):  # the last one in millimetres
+        pair.setpoint.publish(Float64(data=nonsense))
+        wanted = f'displacement_setpoint {count}'
+        bench.until(lambda wanted=wanted: pair.facts().get('refused_inputs') == wanted, 'not counted')
+    assert pair.facts()['setpoint_m'] == 'none' and 'no setpoint yet' in pair.facts()['message']
+    pair.setpoint.publish(Float64(data=0.005))
+    bench.until(lambda: pair.facts()['setpoint_m'] == '0.005', 'the setpoint is not taken')
+    assert set(pair.command.values) == {0.0}, 'disabled'
+    assert pair.call(SetBool, 'enable', data=True).success
+    bench.until(lambda: abs(pair.displacement.last.data - 0.005) < 2e-4, 'it does not get there')
+
+
+def test_it_holds_the_last_setpoint_and_shows_what_it_can_do_of_an_impossible_one(bench, pair):
+    held = time.monotonic()
+    bench.until(lambda: len(pair.displacement.since(held)) > 200, 'too few ticks')
+    assert all(abs(message.data - 0.005) < 3e-4 for message in pair.displacement.since(held + 1.5))
+    pair.setpoint.publish(Float64(data=0.4))
+    bench.until(lambda: 0.04 < pair.shaped.last.data < 0.1, 'not shaped to what the muscle can do')
+    assert max(pair.command.values) <= 0.27
+    pair.setpoint.publish(Float64(data=0.005))
+
+
+def test_ros2_control_speaks_through_joint_commands(bench, pair):
+    joints = bench.speaker('/pair/joint_commands', JointState)
+    joints.publish(JointState(name=['elbow', 'tcp_muscle'], position=[0.02, 0.008]))
+    bench.until(lambda: pair.facts()['setpoint_m'] == '0.008', 'not heard')
+    joints.publish(JointState(name=['tcp_muscle'], position=[nan]))  # what ros2_control sends before its first command
+    bench.until(lambda: pair.facts()['refused_inputs'] == 'displacement_setpoint 4', 'not refused')
+    joints.publish(JointState(name=['elbow'], position=[0.02]))
+    assert pair.facts()['setpoint_m'] == '0.008'
+
+
+def test_disable_and_reset(bench, pair):
+    pair.setpoint.publish(Float64(data=0.03))
+    bench.until(lambda: pair.command.last.data > 0.2, 'no current')
+    assert pair.call(SetBool, 'enable', data=False).success
+    disabled = time.monotonic()
+    bench.until(lambda: len(pair.command.since(disabled)) > 30, 'it stands still')
+    assert {message.data for message in pair.command.since(disabled)} == {0.0}
+    assert pair.call(Trigger, 'reset').message == 'reset: waiting for a setpoint'
+    pair.call(SetBool, 'enable', data=True)
+    enabled = time.monotonic()
+    bench.until(lambda: len(pair.command.since(enabled)) > 30, 'it stands still')
+    assert {message.data for message in pair.command.since(enabled)} == {0.0}, 'no setpoint, no current'
+    pair.setpoint.publish(Float64(data=0.01))
+    bench.until(lambda: pair.command.last.data > 0.0, 'it does not work again')
+
+
+def test_resistance_alone_closes_the_loop_and_a_probe_wakes_a_rig_that_shows_none_without_current(bench, diagnostics):
+    sim = bench.start('sim_node', 'sensed', min_sense_current_a=0.01)
+    made = Controller(bench, diagnostics, 'sensed', feedback='resistance', probe_current_a=0.02)
+    displacement = bench.listen('/sensed/displacement')
+    made.setpoint.publish(Float64(data=0.01))
+    bench.until(lambda: 0.02 in made.command.values, 'no probe')
+    bench.until(lambda: displacement and abs(displacement.last.data - 0.01) < 1e-4, 'it does not get there')
+    made.setpoint.publish(Float64(data=0.0))
+    bench.until(lambda: displacement.last.data < 0.003, 'it does not let go')
+    later = time.monotonic()
+    bench.until(lambda: len(made.command.since(later)) > 100, 'it stands still')
+    assert min(message.data for message in made.command.since(later)) >= 0.0
+    assert max(message.data for message in made.command.since(later)) <= 0.05
+    made.end()
+    sim.kill()
+    bench.forget(displacement)

@@ -1,0 +1,160 @@
+"""The nodes' parameters: from the tables, and every mistake answered by one line and exit code 2."""
+
+import subprocess
+import sys
+from math import inf, nan
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from tcp_muscle_ros.control import tracking
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.nodes.parameters import KNOWN, descriptor, read, read_effects, read_value
+from tcp_muscle_ros.operating import CONTROL, OPERATING, SIM
+
+
+def test_without_overrides_the_muscle_is_set_a():
+    assert read({}, SIM).muscle().vector.tolist() == Parameters.named('karami_tadesse_2017').vector.tolist()
+
+
+def test_every_default_is_within_its_own_bounds_and_has_a_descriptor():
+    for name, row in KNOWN.items():
+        assert read_value(row, row.default) == row.default, name
+        described = descriptor(row)
+        assert described.name == name and described.description
+        for limits in described.floating_point_range:
+            assert limits.from_value <= row.default <= limits.to_value, name
+
+
+def test_the_controllers_defaults_are_those_of_the_control_law():
+    settings = tracking.Settings()
+    for name, parameter in (
+        ('mode', 'mode'),
+        ('time_constant', 'time_constant_s'),
+        ('probe_current', 'probe_current_a'),
+        ('pid_kp', 'pid_kp_a_per_m'),
+        ('pid_ki', 'pid_ki_a_per_m_s'),
+        ('pid_kd', 'pid_kd_a_s_per_m'),
+        ('pid_filter_time', 'pid_filter_time_s'),
+    ):
+        assert OPERATING[parameter].default == getattr(settings, name), parameter
+
+
+def test_temperatures_are_in_celsius_outside_and_kelvin_inside():
+    settings = read({'T0': 20.0, 'max_temperature_c': 110.0}, SIM)
+    assert settings.muscle()['T0'] == 293.15
+    assert settings.kelvin('max_temperature_c') == pytest.approx(383.15)
+
+
+def test_a_whole_number_is_taken_for_a_decimal_and_a_whole_decimal_for_a_number():
+    settings = read({'hA': 1, 'seed': 3.0}, SIM)
+    assert settings['hA'] == 1.0 and type(settings['hA']) is float
+    assert settings['seed'] == 3 and type(settings['seed']) is int
+
+
+def test_initial_temperature_follows_the_ambient_unless_given():
+    assert read({'ambient_temperature_c': 30.0}, SIM)['initial_temperature_c'] == 30.0
+    assert read({'ambient_temperature_c': 30.0, 'initial_temperature_c': 50.0}, SIM)['initial_temperature_c'] == 50.0
+
+
+def test_the_other_nodes_names_and_effects_that_are_off_are_left_alone():
+    given = {'mode': 'pid', 'seed': 1, 'creep.J': 0.1, 'use_sim_time': True, 'qos_overrides./clock.depth': 3}
+    assert 'mode' not in read(given, SIM) and 'seed' not in read(given, CONTROL)
+    assert 'creep.J' not in read(given, SIM)
+    assert read({**given, 'effects': ['creep']}, SIM)['creep.J'] == 0.1
+
+
+@pytest.mark.parametrize('nothing', [None, [], [''], ()])
+def test_no_effects_can_be_said_in_several_ways(nothing):
+    assert read_effects(nothing) == ()
+
+
+@pytest.mark.parametrize(
+    ('given', 'line'),
+    [
+        ({'ha': 0.02}, "unknown parameter 'ha'; did you mean 'hA'?"),
+        ({'current_limit': 0.2}, "unknown parameter 'current_limit'; did you mean 'current_limit_a'?"),
+        ({'effects': ['kreep']}, "parameter 'effects': unknown effect 'kreep'; did you mean 'creep'?"),
+        ({'effects': 'creep'}, "parameter 'effects' is 'creep'; expected a list of names"),
+        ({'hA': nan}, "parameter 'hA' is nan; expected 1e-05 to 10 W/K"),
+        ({'hA': inf}, "parameter 'hA' is inf; expected"),
+        ({'hA': 'warm'}, "parameter 'hA' is 'warm'; expected"),
+        ({'hA': True}, "parameter 'hA' is true; expected"),
+        ({'hA': [1.0]}, "parameter 'hA' is [1.0]; expected"),
+        ({'T0': 296.15}, "parameter 'T0' is 296.15; expected -23.15 to 76.85 degC"),
+        ({'ambient_temperature_c': 296.15}, "'ambient_temperature_c' is 296.15; expected -40 to 100 degC"),
+        ({'max_temperature_c': 388.15}, "'max_temperature_c' is 388.15; expected -40 to 250 degC"),
+        ({'current_limit_a': 270.0}, "'current_limit_a' is 270; expected 0 to 100 A"),
+        ({'L0': 500.0}, "parameter 'L0' is 500; expected 0.001 to 50 m"),
+        ({'seed': 1.5}, "parameter 'seed' is 1.5; expected a whole number"),
+        ({'start_enabled': 1}, "parameter 'start_enabled' is 1; expected true or false"),
+        ({'end': 'blockd'}, "parameter 'end' is 'blockd'; did you mean 'blocked'?"),
+        ({'mode': 'pdi'}, "parameter 'mode' is 'pdi'; did you mean 'pid'?"),  # the other node's mistake is one too
+        ({'rate_hz': 5000.0}, "parameter 'rate_hz' is 5000; expected 1 to 2000 Hz"),
+    ],
+)
+def test_a_mistake_is_answered_by_one_line_that_helps(given, line):
+    with pytest.raises(BadInput) as caught:
+        read(given, SIM)
+    assert line in str(caught.value) and '\n' not in str(caught.value)
+
+
+FILES = {
+    'broken.yaml': '/**:\n  ros__parameters:\n    hA: [0.02\n    k0: {\n',
+    'empty.yaml': '',
+    'other.yaml': 'hA: 0.02\n',
+    'misspelt.yaml': '/**:\n  ros__parameters:\n    hA_w_per_k: 0.02\n',
+    'nan.yaml': '/**:\n  ros__parameters:\n    k0: .nan\n',
+    'whole.yaml': '/**:\n  ros__parameters:\n    current_limit_a: 1\n',
+    'text.yaml': '/**:\n  ros__parameters:\n    hA: warm\n',
+}
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize(
+    ('program', 'arguments', 'line'),
+    [
+        ('sim_node', ['--params-file', 'broken.yaml'], 'broken.yaml: does not parse as YAML in line 4'),
+        ('controller_node', ['--params-file', 'empty.yaml'], "empty.yaml: no parameters; expected '/**:'"),
+        ('sim_node', ['--params-file', 'other.yaml'], "other.yaml: no parameters; expected '/**:'"),
+        ('sim_node', ['--params-file', 'missing.yaml'], 'missing.yaml: cannot read'),
+        ('controller_node', ['--params-file', 'misspelt.yaml'], "unknown parameter 'hA_w_per_k'"),
+        ('sim_node', ['--params-file', 'nan.yaml'], "parameter 'k0' is nan; expected 0.01 to"),
+        ('sim_node', ['--params-file', 'text.yaml'], "parameter 'hA' is 'warm'; expected"),
+        (
+            'controller_node',
+            ['--params-file', 'whole.yaml', '-p', 'current_limit_a:=0.1'],
+            "parameter 'current_limit_a' is a whole number and a decimal one",
+        ),
+        ('sim_node', ['-p', 'max_temperature_c:=80.0'], 'derating must begin below the maximum temperature'),
+        ('sim_node', ['-p', 'end:=spring'], 'spring_rate = 0.0 N/m'),
+        ('sim_node', ['-p', 'real_time_factor:=2.0', '-p', 'use_sim_time:=true'], 'cannot publish /clock and follow'),
+        ('sim_node', ['-r', '__ns:=/1muscle'], 'sim_node: '),
+        ('sim_node', ['--parameters', 'x.yaml'], 'sim_node: '),
+    ],
+)
+def test_a_process_given_a_mistake_ends_with_2_and_one_line(tmp_path, program, arguments, line):
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    ended = subprocess.run(
+        [sys.executable, '-m', f'tcp_muscle_ros.nodes.{program}', '--ros-args', *arguments],
+        cwd=tmp_path,
+        env={'PYTHONPATH': ':'.join(filter(None, sys.path)), 'HOME': str(tmp_path), 'ROS_DOMAIN_ID': '99'},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert ended.returncode == 2, ended.stderr
+    assert line in ended.stderr
+    assert ended.stderr.count('\n') == 1 and ended.stdout == '', ended.stderr
+
+
+def test_two_decimals_or_the_last_of_two_files_are_no_contradiction(tmp_path):
+    from tcp_muscle_ros.nodes.lifetime import check_arguments
+
+    (tmp_path / 'a.yaml').write_text('/**:\n  ros__parameters:\n    current_limit_a: 1.0\n    seed: 3\n')
+    (tmp_path / 'b.yaml').write_text('finger:\n  other_node:\n    ros__parameters:\n      current_limit_a: 1\n')
+    given = ['--ros-args', '--params-file', str(tmp_path / 'a.yaml'), '--params-file', str(tmp_path / 'b.yaml')]
+    check_arguments([*given, '-p', 'current_limit_a:=1e-1', '-p', 'other_node:seed:=2.0', '-p', 'seed:=4'], SIM)
