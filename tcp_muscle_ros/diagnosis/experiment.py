@@ -284,9 +284,11 @@ def _grid(stamps: list[Array], drive: Channel, load: Channel | float, start: flo
         left = np.abs(other - instants[np.maximum(at - 1, 0)])
         right = np.abs(other - instants[np.minimum(at, instants.size - 1)])
         instants = np.union1d(instants, other[np.minimum(left, right) > _INTERPOLATED])
-    instants = np.concatenate([np.array([start, end]), instants, _changes(drive), _changes(load)])
+    # The length jumps with the load: the instant just before keeps interpolation from reaching across.
+    jumps = _changes(load)
+    instants = np.concatenate([np.array([start, end]), instants, _changes(drive), jumps, jumps - 2.0 * _SAME_INSTANT])
     instants = np.unique(instants[(instants >= start) & (instants <= end)])
-    keep = np.concatenate([[True], np.diff(instants) > _SAME_INSTANT])
+    keep = np.concatenate([[True], np.diff(instants) > 0.9 * _SAME_INSTANT])
     return np.ascontiguousarray(instants[keep])
 
 
