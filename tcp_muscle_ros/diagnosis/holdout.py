@@ -24,12 +24,15 @@ class Fold:
 
 
 def folds(experiments: Sequence[Experiment]) -> list[Fold]:
-    """One fold a recording, or stretches of a single recording."""
-    if len(experiments) > 1:
+    """One fold a recording; of one or two recordings, stretches, so that no fold takes all that shows an effect."""
+    if len(experiments) > 2:
         return [Fold(k, -np.inf, np.inf) for k in range(len(experiments))]
-    time = experiments[0].imposed.time
-    edges = np.linspace(time[0], time[-1], _STRETCHES + 1)
-    return [Fold(0, float(a), float(b)) for a, b in pairwise(edges)]
+    found = []
+    for k, experiment in enumerate(experiments):
+        time = experiment.imposed.time
+        edges = np.linspace(time[0], time[-1], _STRETCHES // len(experiments) + 1)
+        found += [Fold(k, float(a), float(b)) for a, b in pairwise(edges)]
+    return found
 
 
 def _cut(observed: Observed, keep: Mask) -> Observed:

@@ -20,13 +20,17 @@ from tcp_muscle_ros.diagnosis.replicates import pure_error
 from tcp_muscle_ros.muscle import EFFECTS
 
 MOST_EFFECTS = 4
-SHORTLIST = 7
+SHORTLIST, _REVISED = 7, 5
 # 2 ln(trials / level) for some hundred directions at a level of 1 in 100, and 2 for each further parameter.
 THRESHOLD = 20.0
 PER_PARAMETER = 2.0
 # Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.
 AMBIGUOUS = 6.0
+# No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
+# nothing, however many samples there are.
+ALIKE = 0.02
 LEAST_SHARE = 0.08
+_TRIES = 3
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,17 @@ class Rival:
     effect: str
     fit: Fit
     score: float
+
+
+def margin(drop: float) -> float:
+    """The difference of scores below which two models are not told apart, given what both explain."""
+    return max(AMBIGUOUS, ALIKE * drop)
+
+
+def close_rivals(rivals: Sequence[Rival], drop: float) -> list[Rival]:
+    """Those that are not told from the best."""
+    best = min(r.score for r in rivals)
+    return [r for r in rivals if r.score - best < margin(drop)]
 
 
 @dataclass(frozen=True)
@@ -50,14 +65,13 @@ class Chosen:
     @property
     def indistinguishable(self) -> tuple[str, ...]:
         """The effects that the data admit in its place."""
-        best = min(r.score for r in self.rivals)
-        return tuple(r.effect for r in self.rivals if r.effect != self.effect and r.score - best < AMBIGUOUS)
+        return tuple(r.effect for r in close_rivals(self.rivals, self.drop) if r.effect != self.effect)
 
     @property
     def confidence(self) -> float:
         """Its share of the likelihood among its rivals."""
         scores = np.array([r.score for r in self.rivals])
-        weights = np.exp(-0.5 * (scores - scores.min()))
+        weights = np.exp(-0.5 * AMBIGUOUS / margin(self.drop) * (scores - scores.min()))
         mine = next(w for w, r in zip(weights, self.rivals, strict=True) if r.effect == self.effect)
         return float(mine / weights.sum())
 
@@ -132,18 +146,21 @@ def shrink(fitted: Fit, effect: str, rounds: int = 8) -> Fit:
     return fit(problem, z0, rounds=rounds, tolerance=1e-5)
 
 
-def _prefer(rivals: Sequence[Rival]) -> Rival:
-    """Among models that are not told apart the simplest: a sensor before physics, fewer parameters before more."""
-    best = min(r.score for r in rivals)
-    close = [r for r in rivals if r.score - best < AMBIGUOUS]
-    sensors = [r for r in close if EFFECTS[r.effect].stage == 'sensor']
-    return min(sensors or close, key=lambda r: r.score)
+def _prefer(rivals: Sequence[Rival], bare: float) -> Rival:
+    """Among models that are not told apart the simplest: a sensor before physics, fewer parameters before more.
+
+    ``bare`` is the score without any of them.
+    """
+    close = close_rivals(rivals, bare - min(r.score for r in rivals))
+    return min(close, key=lambda r: (EFFECTS[r.effect].stage != 'sensor', len(EFFECTS[r.effect].parameters), r.score))
 
 
-def rivals_for(base: Fit, ranked: Sequence[Candidate], progress: Callable[[], None] | None) -> list[Rival]:
+def rivals_for(
+    base: Fit, ranked: Sequence[Candidate], progress: Callable[[], None] | None, most: int = SHORTLIST
+) -> list[Rival]:
     """Refit the most promising candidates on top of a fit, best first."""
     found = []
-    promising = [c for c in ranked if c.gain > 0.25 * ranked[0].gain or c.gain > THRESHOLD][:SHORTLIST]
+    promising = [c for c in ranked if c.gain > 0.25 * ranked[0].gain or c.gain > THRESHOLD][:most]
     for candidate in promising:
         if progress:
             progress()
@@ -191,28 +208,33 @@ def select(
     rejected: list[str] = []
     gains: dict[str, Gain] = {}
     while len(accepted) < most:
-        pool = [e for e in effects if e not in accepted and e not in rejected]
+        pool = [e for e in effects if e not in accepted]
         ranked, seen = screen(present, pool, progress)
         if not first_ranked:
             first_ranked, signals = tuple(ranked), seen
         if not ranked or ranked[0].gain < 0.5 * THRESHOLD:
             break
         rivals = rivals_for(present, ranked, progress)
+        bare = penalised(present)
         if not accepted:
-            refitted = {r.effect: penalised(present) - r.score for r in rivals}
-        pick = _prefer(rivals)
-        if penalised(present) - pick.score < THRESHOLD:
-            break
-        tested = held_out(pick.fit)
-        gain = improvement(word, tested)
-        if not gain.holds or _share(found_structure, present, pick.fit) < LEAST_SHARE:
-            rejected.append(pick.effect)
-            if len(rejected) >= 3:
+            refitted = {r.effect: bare - r.score for r in rivals}
+        picked = None
+        for _ in range(_TRIES):
+            rivals = [r for r in rivals if bare - r.score >= THRESHOLD]
+            if not rivals:
                 break
-            continue
-        accepted.append(pick.effect)
-        gains[pick.effect] = gain
-        present, found_structure = settle_noise(pick.fit, 1)
+            pick = _prefer(rivals, bare)
+            gain = improvement(word, held_out(pick.fit))
+            if gain.holds and _share(found_structure, present, pick.fit) >= LEAST_SHARE:
+                picked = pick
+                break
+            rejected.append(pick.effect)
+            rivals = [r for r in rivals if r is not pick]
+        if picked is None:
+            break
+        accepted.append(picked.effect)
+        gains[picked.effect] = gain
+        present, found_structure = settle_noise(picked.fit, 1)
         word = held_out(present)
     present, accepted, contests = _revise(present, accepted, effects, progress)
     if accepted:
@@ -251,7 +273,7 @@ def _revise(
             bare = shrink(present, effect)
             pool = [e for e in effects if e == effect or e not in accepted]
             ranked, _signals = screen(bare, pool, progress)
-            rivals = [r for r in rivals_for(bare, ranked, progress) if r.effect != effect]
+            rivals = [r for r in rivals_for(bare, ranked, progress, _REVISED) if r.effect != effect]
             rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)
             drop = penalised(bare) - min(r.score for r in rivals)
             if drop < THRESHOLD:
@@ -259,7 +281,7 @@ def _revise(
                 accepted.remove(effect)
                 contests.pop(effect, None)
                 continue
-            pick = _prefer(rivals)
+            pick = _prefer(rivals, penalised(bare))
             if pick.effect != effect:
                 present, changed = pick.fit, True
                 accepted[accepted.index(effect)] = pick.effect
