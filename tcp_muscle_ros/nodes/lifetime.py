@@ -25,6 +25,7 @@ from rclpy.signals import SignalHandlerOptions
 from tcp_muscle_ros import parameter_file
 from tcp_muscle_ros.errors import BadInput
 
+_SHARE = 1e-4  # s: how long a callback may keep a tick that is due from running; Python's own 5 ms are five ticks
 _STOP = (signal.SIGINT, signal.SIGTERM)
 _ACKNOWLEDGED_WITHIN = Duration(seconds=1.0)
 
@@ -47,6 +48,34 @@ class Lively(Protocol):
         """What ended the work, if anything did."""
 
 
+class Callbacks(threading.Thread):
+    """The executor in a thread of its own, so that the main thread hears signals at once."""
+
+    def __init__(self, node: Any, on_failure: Callable[[], None]) -> None:
+        super().__init__(name='callbacks', daemon=True)
+        self.failure: BaseException | None = None
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(node)
+        self._on_failure = on_failure
+        self._ended = False
+
+    def run(self) -> None:
+        """Callbacks, until ``end``."""
+        try:
+            while not self._ended:
+                self._executor.spin_once()
+        except BaseException as failure:  # without callbacks there is no commander and no service: end
+            self.failure = failure
+            self._on_failure()
+
+    def end(self) -> None:
+        """Return when the last callback has. (Shutting an executor down under its own spin makes that one fail.)"""
+        self._ended = True
+        self._executor.create_task(lambda: None)
+        self.join(1.0)
+        self._executor.shutdown(timeout_sec=1.0)
+
+
 def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -> int:
     """Make the node, let it live until SIGINT or SIGTERM, end it with 0 A. Returns the exit code.
 
@@ -64,22 +93,24 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -
 
     for number in _STOP:
         signal.signal(number, on_signal)
-    node = executor = spinner = None
+    node = callbacks = None
     try:
         check_arguments(arguments, name)
         set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say everything a second time
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         set_logger_level('rcl', LoggingSeverity.INFO)
         node = make()
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
+        callbacks = Callbacks(node, asked.set)
+        sys.setswitchinterval(_SHARE)
         gc.freeze()  # what is here now stays: the collector need not walk it in the middle of a tick
         started = True
-        spinner = threading.Thread(target=_spin, args=(executor, asked), name='executor', daemon=True)
-        spinner.start()
+        callbacks.start()
         node.start(asked.set)
         asked.wait()
-        return 0 if node.failure is None else 1
+        failures = [failure for failure in (node.failure, callbacks.failure) if failure is not None]
+        for failure in failures:
+            sys.excepthook(type(failure), failure, failure.__traceback__)
+        return 1 if failures else 0
     except _Asked:
         return 0
     except BadInput as problem:
@@ -99,22 +130,11 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -
         if node is not None:
             for publisher in node.stop():
                 publisher.wait_for_all_acked(_ACKNOWLEDGED_WITHIN)
-            if node.failure is not None:
-                sys.excepthook(type(node.failure), node.failure, node.failure.__traceback__)
-        if executor is not None:
-            executor.shutdown(timeout_sec=1.0)
-        if spinner is not None:
-            spinner.join(1.0)
+        if callbacks is not None:
+            callbacks.end()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
-
-
-def _spin(executor: SingleThreadedExecutor, asked: threading.Event) -> None:
-    try:
-        executor.spin()
-    finally:
-        asked.set()  # without callbacks there is no commander and no service: end
 
 
 def _one_line(problem: BaseException) -> str:

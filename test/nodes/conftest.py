@@ -33,13 +33,13 @@ ENVIRONMENT = {
 
 
 class Program:
-    """A process of one of the package's nodes."""
+    """A process of one of the package's nodes; ``command`` is what follows python."""
 
-    def __init__(self, name, arguments, errors):
+    def __init__(self, command, errors):
         self.errors_path = errors
         with open(errors, 'w') as sink:
             self.process = subprocess.Popen(
-                [sys.executable, '-m', f'tcp_muscle_ros.nodes.{name}', '--ros-args', *arguments],
+                [sys.executable, *command],
                 env=ENVIRONMENT,
                 stderr=sink,
                 stdout=sink,
@@ -74,6 +74,13 @@ class Heard(list):
     def since(self, moment):
         return [message for came, message in self if came >= moment]
 
+    def flowing_for(self, moment, rate=100.0):
+        """For how long after the moment (s) a current was still decided, by the node's own ticks.
+
+        Ticks and not the wall's time: where the whole machine stands still, the node does too.
+        """
+        return sum(message.data > 0.0 for message in self.since(moment)) / rate
+
 
 class Bench:
     def __init__(self, folder):
@@ -98,13 +105,16 @@ class Bench:
         rclpy.try_shutdown(context=self.context)
 
     def start(self, name, namespace, *more, **parameters):
+        """A node of the package."""
         arguments = [*more, '-r', f'__ns:=/{namespace}']
         for key, value in parameters.items():
             text = str(value).lower() if isinstance(value, bool) else str(value)
             arguments += ['-p', f'{key}:={text}']
-        program = Program(
-            name, arguments, self.folder / f'{namespace.replace("/", "_")}_{name}_{len(self.programs)}.txt'
-        )
+        return self.run(['-m', f'tcp_muscle_ros.nodes.{name}', '--ros-args', *arguments], f'{namespace}_{name}')
+
+    def run(self, command, label):
+        """A Python process."""
+        program = Program(command, self.folder / f'{label.replace("/", "_")}_{len(self.programs)}.txt')
         self.programs.append(program)
         return program
 

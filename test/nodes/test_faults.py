@@ -21,7 +21,7 @@ from std_srvs.srv import SetBool, Trigger
 pytestmark = pytest.mark.processes
 
 TIMEOUT = 0.5  # s, sim_node's default
-MARGIN = 0.4  # s, for a busy machine
+MARGIN = 0.06  # s: the last command's age at the moment, two ticks, and what was under way
 
 FLOOD = """
 import sys, time
@@ -74,8 +74,8 @@ def test_a_commander_that_falls_silent_leaves_zero_within_the_watchdog_time_and_
     with bench.repeating(sim.command, 0.2):
         bench.until(lambda: sim.current.last.data == 0.2, 'the command is not applied')
     silent = time.monotonic()
-    zero = bench.until(lambda: sim.current.last.data == 0.0, 'the watchdog does not bite', 5.0)
-    assert zero - silent < TIMEOUT + MARGIN
+    bench.until(lambda: sim.current.last.data == 0.0, 'the watchdog does not bite', 5.0)
+    assert 0.3 < sim.current.flowing_for(silent) < TIMEOUT + MARGIN
     sim.command.publish(Float64(data=0.1))
     bench.until(lambda: sim.current.last.data == 0.1, 'the next command is not applied')
     bench.until(lambda: sim.facts().get('state') == 'timed out', 'the diagnostics do not say so', 5.0)
@@ -88,9 +88,9 @@ def test_a_command_that_is_no_usable_number_neither_counts_nor_keeps_the_last_on
         bench.until(lambda: sim.current.last.data == 0.2, 'the command is not applied')
     begun = time.monotonic()
     with bench.repeating(sim.command, broken):
-        zero = bench.until(lambda: sim.current.last.data != 0.2, 'the broken command keeps the last one alive', 5.0)
+        bench.until(lambda: sim.current.last.data != 0.2, 'the broken command keeps the last one alive', 5.0)
         assert sim.current.last.data == 0.0
-        assert zero - begun < TIMEOUT + MARGIN
+        assert sim.current.flowing_for(begun) < TIMEOUT + MARGIN
         count = int(sim.facts().get('rejected_commands', 0))
         bench.until(lambda: int(sim.facts()['rejected_commands']) > count, 'not counted', 5.0)
     assert all(0.0 <= value <= 0.27 for value in sim.current.values)
@@ -109,9 +109,9 @@ def test_a_flood_of_ten_thousand_commands_a_second_changes_nothing(bench, sim):
     assert response.success, 'no service while flooded'
     sent = int(flood.communicate(timeout=60)[0])
     ended = time.monotonic()
-    zero = bench.until(lambda: sim.current.last.data == 0.0, 'the watchdog does not bite', 5.0)
+    bench.until(lambda: sim.current.last.data == 0.0, 'the watchdog does not bite', 5.0)
     assert sent >= 29_000
-    assert zero - ended < TIMEOUT + MARGIN
+    assert sim.current.flowing_for(ended) < TIMEOUT + MARGIN
     # 100 Hz throughout: what the flood delays is made up for or counted, and most is in time.
     assert len(sim.current) - ticks > 0.8 * 100.0 * (ended - begun)
 
@@ -206,8 +206,8 @@ def test_kill_9_of_the_controller_leaves_zero_within_the_watchdog_time(bench, lo
     loop.works()
     loop.controller.kill()
     killed = time.monotonic()
-    zero = bench.until(lambda: loop.current.last.data == 0.0, 'the current stays on', 5.0)
-    assert zero - killed < TIMEOUT + MARGIN
+    bench.until(lambda: loop.current.last.data == 0.0, 'the current stays on', 5.0)
+    assert 0.3 < loop.current.flowing_for(killed) < TIMEOUT + MARGIN
     bench.until(lambda: 'no command for 0.5 s' in loop.sim.said(), 'nothing is said', 5.0)
     assert loop.sim.said().count('no command for 0.5 s') == 1
 
@@ -217,7 +217,7 @@ def test_kill_9_of_the_muscle_takes_the_controller_to_zero_and_it_recovers(bench
     loop.sim.kill()
     killed = time.monotonic()
     zero = bench.until(lambda: loop.command.last.data == 0.0, 'the command stays on', 5.0)
-    assert zero - killed < 0.2 + MARGIN
+    assert loop.command.flowing_for(killed) < 0.2 + MARGIN
     bench.until(lambda: len(loop.command.since(zero)) > 50, 'the controller does not go on')
     assert {message.data for message in loop.command.since(zero)} == {0.0}
     loop.sim = bench.start('sim_node', loop.namespace)
