@@ -12,12 +12,10 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.fitting import Fit, Problem, fit, residual_vector
 from tcp_muscle_ros.diagnosis.noise import Noise, estimate, white_sigma
-from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown, base_unknowns
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, FACTOR, START, Unknown, base_unknowns
 from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
-# A parameter whose interval is hardly narrower than before the data is not fixed by them.
-NOT_FIXED = 0.5
 _FACTORS = (0.125, 0.35, 1.0, 2.8, 8.0)
 
 
@@ -180,7 +178,7 @@ def _estimates(fitted: Fit) -> list[Estimate]:
     found = []
     for k, unknown in enumerate(fitted.problem.unknowns):
         low, high = fitted.interval(k)
-        fixed = bool(spread[k] < NOT_FIXED * unknown.prior_spread)
+        fixed = unknown.fixed_by(float(spread[k]))
         strongest = np.abs(correlation[k])
         strongest[k] = 0.0
         other = int(np.argmax(strongest))
@@ -227,7 +225,7 @@ def _combinations(fitted: Fit) -> list[Estimate]:
             spread = float(np.sqrt(weights @ fitted.covariance @ weights))
             nominal = problem.unknowns[k].start / problem.unknowns[below].start
             low, high = np.exp(centre - 1.645 * spread), np.exp(centre + 1.645 * spread)
-            fixed = spread < NOT_FIXED
+            fixed = spread < FACTOR
             found.append(
                 Estimate(
                     label, key[1], nominal, float(np.exp(centre)), float(low), float(high), unit, fixed, False, None

@@ -176,7 +176,7 @@ def _values(fitted: Fit, nominal: Parameters) -> dict[str, Value]:
             continue
         low, high = fitted.interval(k)
         value = u.from_fit(float(fitted.z[k]))
-        fixed = bool(np.sqrt(fitted.covariance[k, k]) < 0.5 * u.prior_spread)
+        fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
         found[u.name] = Value(value, low, high, unit_of(u.name), nominal[u.name], fixed, edge)
     return found
@@ -192,7 +192,7 @@ def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
         edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
         row = SPECIFICATIONS[u.name]
         usual = float('nan') if EFFECTS[effect].strength == row.name else row.value
-        fixed = bool(np.sqrt(fitted.covariance[k, k]) < 0.5 * u.prior_spread)
+        fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         found[row.name] = Value(value, low, high, row.unit, usual, fixed, edge)
     return found
 

@@ -14,6 +14,9 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 
 AMBIENT, START = 'ambient', 'initial_temperature'
 SEPARABLE = ('hA', 'C', 'R0', 'B', 'k0')
+_OHMMETER = 0.1
+# Fixed by the data: the interval is half the prior's at most, and spans less than a factor of two.
+_NARROWED, FACTOR = 0.5, 0.2
 _LOG_SPREAD = 1.5  # prior standard deviation of a positive parameter's logarithm: a factor of 4.5 either way
 
 
@@ -46,6 +49,10 @@ class Unknown:
     def prior_spread(self) -> float:
         """The prior's standard deviation in the fit's coordinate."""
         return self.spread if self.log else 1.0
+
+    def fixed_by(self, spread: float) -> bool:
+        """Whether data that leave this spread (fit's coordinate) fix it: well within the prior, and to a factor."""
+        return spread < min(_NARROWED * self.prior_spread, FACTOR if self.log else np.inf)
 
     @property
     def key(self) -> tuple[str, int | None]:
@@ -88,7 +95,8 @@ def base_unknowns(
     separate = separate or {}
     channels = set().union(*(e.observed for e in experiments))
     names = ['hA', 'C']
-    if 'resistance' in channels:
+    seen_resistance = 'resistance' in channels
+    if seen_resistance or any(e.imposed.kind != 'power' for e in experiments):
         names += ['R0']
     mechanical = channels & {'displacement', 'force'}
     if mechanical:
@@ -96,8 +104,10 @@ def base_unknowns(
     unknowns: list[Unknown] = []
     for name in names:
         owners: list[int | None] = list(range(len(experiments))) if separate.get(name) else [None]
-        unknowns += [positive(nominal, name, owner) for owner in owners]
-    if 'resistance' in channels:
+        # A resistance that was not recorded still heats: it is then known as well as an ohmmeter's reading ages.
+        spread = _OHMMETER if name == 'R0' and not seen_resistance else _LOG_SPREAD
+        unknowns += [positive(nominal, name, owner, spread) for owner in owners]
+    if seen_resistance:
         row = SPECIFICATIONS['a_R']
         unknowns.append(Unknown('a_R', nominal['a_R'], row.low, row.high, 0.002))
     if mechanical:

@@ -1,0 +1,93 @@
+"""Calibration: true values found, intervals that hold them, silence where the data fix nothing."""
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.diagnosis.calibration import calibrate
+from tcp_muscle_ros.diagnosis.experiment import Conditions, Experiment, Holding, Imposed, Observed, prepare
+from tcp_muscle_ros.muscle import Parameters, simulate
+from tcp_muscle_ros.recording.recording import Channel, Recording
+
+NOMINAL = Parameters.named('karami_tadesse_2017')
+TRUE = NOMINAL.replace(hA=0.0225, C=0.15, R0=13.2, a_R=0.0032, k0=26.0, B=1.45)
+TIME = np.arange(0.0, 210.0, 0.2)
+
+
+def experiment(channels, current=0.27, load=0.588, seed=0, kind='current', drive=None):
+    rng = np.random.default_rng(seed)
+    heat = np.mod(TIME, 70.0) < 25.0
+    drive = np.where(heat, current, 0.0) if drive is None else drive
+    out = simulate(TRUE, TIME, drive, kind=kind, load=load)
+    noise = {'temperature': 0.2, 'resistance': 0.02, 'displacement': 5e-5}
+    observed = {
+        name: Observed(TIME, getattr(out, name) + noise[name] * rng.standard_normal(TIME.size), np.ones(TIME.size))
+        for name in channels
+    }
+    imposed = Imposed(kind, TIME, drive, np.full(TIME.size, load), np.full(TIME.size, NOMINAL['T0']))
+    return Experiment('made', imposed, Holding('load', load), observed)
+
+
+def estimates(found):
+    return {e.name: e for e in (*found.estimates, *found.combinations) if e.recording is None}
+
+
+def test_all_channels_under_three_loads_fix_the_muscle_and_intervals_hold_it():
+    runs = [
+        experiment(('temperature', 'resistance', 'displacement'), i, f, k)
+        for k, (i, f) in enumerate([(0.27, 0.588), (0.24, 0.294), (0.21, 0.98)])
+    ]
+    found = estimates(calibrate(runs, NOMINAL))
+    inside = 0
+    for name in ('hA', 'C', 'R0', 'a_R', 'k0', 'B'):
+        e = found[name]
+        assert e.fixed, name
+        assert e.value == pytest.approx(TRUE[name], rel=0.03), name
+        width = e.high - e.low
+        assert abs(e.value - TRUE[name]) < 1.5 * width, name
+        inside += e.low <= TRUE[name] <= e.high
+    assert inside >= 4  # of six at 90 %: fewer has a chance of 2 in 100
+
+
+def test_an_eightfold_error_of_hA_in_the_nominal_set_is_found_home_from():
+    printed = NOMINAL.replace(hA=0.15)
+    found = estimates(calibrate([experiment(('temperature', 'resistance', 'displacement'))], printed))
+    assert found['hA'].value == pytest.approx(TRUE['hA'], rel=0.02)
+
+
+def test_stroke_alone_under_power_fixes_the_time_constant_but_not_heat_exchange():
+    heat = np.where(np.mod(TIME, 70.0) < 25.0, 0.9, 0.0)
+    found = estimates(calibrate([experiment(('displacement',), kind='power', drive=heat)], NOMINAL))
+    assert found['C/hA'].fixed
+    assert found['C/hA'].value == pytest.approx(TRUE['C'] / TRUE['hA'], rel=0.05)
+    for name in ('hA', 'C', 'B', 'k0'):
+        assert not found[name].fixed, name
+
+
+def test_parameters_of_single_runs_are_kept_apart():
+    runs = [experiment(('temperature', 'displacement'), seed=k) for k in range(2)]
+    other = simulate(TRUE.replace(B=1.1), TIME, runs[1].imposed.drive, load=0.588)
+    observed = {**runs[1].observed, 'displacement': Observed(TIME, other.displacement, np.ones(TIME.size))}
+    runs[1] = Experiment('other', runs[1].imposed, runs[1].holding, observed)
+    calibration = calibrate(runs, NOMINAL, separate=('B',))
+    gains = {e.recording: e.value for e in calibration.estimates if e.name == 'B'}
+    assert gains[1] / gains[0] == pytest.approx(1.1 / 1.45, rel=0.02)
+
+
+def test_gaps_and_channels_of_their_own_stamps_are_no_trouble():
+    run = experiment(('temperature', 'displacement'))
+    t, x = TIME[TIME > 3.0] + 0.037, run.observed['displacement'].value[TIME > 3.0]
+    kept = (t < 90.0) | (t > 110.0)
+    made = Recording(
+        'made',
+        {
+            'current': Channel('current', TIME, run.imposed.drive, 'current'),
+            'load': Channel('load', TIME[:1], np.array([0.588]), 'load'),
+            'temperature': Channel('temperature', TIME, run.observed['temperature'].value, 'temperature'),
+            'displacement': Channel('displacement', t[kept] - 0.037, x[kept], 'displacement'),
+        },
+        0,
+    )
+    found = estimates(calibrate([prepare(made, NOMINAL, Conditions())], NOMINAL))
+    # No resistance was recorded, so heat is known as far as R0 is: the ratio is what the data fix.
+    assert found['hA/R0'].value == pytest.approx(TRUE['hA'] / TRUE['R0'], rel=0.02)
+    assert found['hA'].low < TRUE['hA'] < found['hA'].high

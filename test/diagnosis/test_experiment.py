@@ -1,0 +1,95 @@
+"""A recording as the model sees it."""
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.diagnosis.experiment import Conditions, prepare
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import Parameters, simulate
+from tcp_muscle_ros.recording.recording import Channel, Recording
+
+NOMINAL = Parameters.named('karami_tadesse_2017')
+TIME = np.arange(0.0, 140.0, 0.05)
+CURRENT = np.where(np.mod(TIME, 70.0) < 25.0, 0.24, 0.0)
+
+
+def recording(known=None, **channels):
+    made = {name: Channel(name, time, value, name) for name, (time, value) in channels.items()}
+    return Recording('made', made, 0, known or {}, ())
+
+
+def stepped():
+    """Three loads, 20 Hz, the length answering at the next tick, resistance under current only."""
+    load = np.select([TIME < 40.0, TIME < 90.0], [0.3, 0.9], 0.6)
+    out = simulate(NOMINAL, TIME, CURRENT, load=load, starting_load=0.3)
+    late = np.concatenate([out.displacement[:1], out.displacement[:-1]])
+    at = TIME[np.isin(TIME, TIME[np.flatnonzero(np.diff(load)) + 1])]
+    x = np.where(np.isin(TIME, at), late, out.displacement)
+    on = CURRENT > 0.0
+    return recording(
+        current=(TIME, CURRENT),
+        load=(TIME[::20], load[::20]),
+        temperature=(TIME, out.temperature),
+        resistance=(TIME[on], out.resistance[on]),
+        displacement=(TIME, x),
+    )
+
+
+@pytest.mark.parametrize('most', [None, 1000, 300])
+def test_the_true_muscle_predicts_its_own_recording_at_any_averaging(most):
+    experiment = prepare(stepped(), NOMINAL, Conditions(), most)
+    predicted = experiment.predict(NOMINAL)
+    # Blocks of half a second average a curve that the model shows at their middle.
+    tolerance = {None: 1e-9, 1000: 2e-2, 300: 8e-2}[most]
+    assert np.max(np.abs(predicted['temperature'] - experiment.observed['temperature'].value)) < tolerance
+    assert (
+        np.max(np.abs(predicted['displacement'] - experiment.observed['displacement'].value)) < 1e-3 * tolerance + 1e-9
+    )
+    assert np.max(np.abs(predicted['resistance'] - experiment.observed['resistance'].value)) < 0.1 * tolerance
+
+
+def test_the_force_at_a_loaded_end_is_the_load():
+    made = recording(
+        current=(TIME, CURRENT), displacement=(TIME, 1e-3 * CURRENT), force=(TIME, np.full(TIME.size, 0.5))
+    )
+    experiment = prepare(made, NOMINAL)
+    assert experiment.holding.end == 'load'
+    assert np.all(experiment.imposed.load == 0.5)
+    assert set(experiment.observed) == {'displacement'}
+
+
+def test_a_force_that_changes_at_a_still_end_is_a_blocked_muscles():
+    made = recording(current=(TIME, CURRENT), force=(TIME, CURRENT))
+    assert prepare(made, NOMINAL).holding.end == 'blocked'
+
+
+def test_a_spring_is_recognised_and_its_rate_measured():
+    out = simulate(NOMINAL, TIME, CURRENT, load=0.3, end='spring', spring_rate=40.0)
+    made = recording(current=(TIME, CURRENT), displacement=(TIME, out.displacement), force=(TIME, out.force))
+    experiment = prepare(made, NOMINAL)
+    assert experiment.holding.end == 'spring'
+    assert experiment.holding.spring_rate == pytest.approx(40.0, rel=1e-6)
+
+
+def test_resistance_is_derived_from_voltage_and_current():
+    on = CURRENT > 0.0
+    made = recording(
+        current=(TIME, CURRENT), voltage=(TIME, 14.5 * CURRENT), displacement=(TIME, CURRENT), load=(TIME, 0 * TIME)
+    )
+    experiment = prepare(made, NOMINAL)
+    assert experiment.observed['resistance'].value == pytest.approx(np.full(int(on.sum()), 14.5))
+    assert any('derived' in note for note in experiment.notes)
+
+
+def test_what_a_run_is_known_for_counts_before_what_the_user_assumes():
+    made = recording({'load_n': 0.2, 'ambient_c': 20.0}, power=(TIME, CURRENT), displacement=(TIME, CURRENT))
+    experiment = prepare(made, NOMINAL, Conditions(load=0.9, ambient=300.0))
+    assert experiment.holding.starting_load == 0.2
+    assert np.all(experiment.imposed.ambient == pytest.approx(293.15))
+
+
+def test_without_input_or_output_one_line_says_so():
+    with pytest.raises(BadInput, match='no input recorded'):
+        prepare(recording(displacement=(TIME, CURRENT)), NOMINAL)
+    with pytest.raises(BadInput, match='nothing to compare'):
+        prepare(recording(current=(TIME, CURRENT)), NOMINAL)
