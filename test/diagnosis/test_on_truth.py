@@ -1,0 +1,59 @@
+"""The whole diagnosis on bags of the independent truth generator: nothing concealed, physics, a sensor."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from tcp_muscle_ros.diagnosis.diagnose import diagnose
+from tcp_muscle_ros.diagnosis.experiment import prepare
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.recording.bag import read_bag
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from proof.cases import make_case
+from proof.generate import write_case
+
+NOMINAL = Parameters.named('karami_tadesse_2017')
+# Seeds of their own: the development suite is tuned on others.
+SEED = 4711
+
+
+@pytest.fixture
+def diagnosed(tmp_path):
+    def run(number, kind, what):
+        case = make_case('development', SEED, number, kind, what)
+        write_case(case, tmp_path)
+        bags = sorted((tmp_path / case.name).glob('recording_*'))
+        return diagnose([prepare(read_bag(bag), NOMINAL, most=800) for bag in bags], NOMINAL)
+
+    return run
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('number', [0, 1])
+def test_no_physics_is_found_where_none_is_concealed(diagnosed, number):
+    found = diagnosed(number, 'null', '')
+    assert found.verdict in ('match', 'wrong_parameters')
+    assert found.findings == ()
+    assert found.unexplained is None
+
+
+@pytest.mark.slow
+def test_a_lagging_thermometer_is_a_sensor_and_not_physics(diagnosed):
+    found = diagnosed(2, 'decoy', 'thermocouple_lag')
+    assert found.verdict in ('sensor_or_setup', 'wrong_parameters', 'match')
+    assert all(f.stage == 'sensor' for f in found.findings)
+
+
+@pytest.mark.slow
+def test_flow_of_another_form_than_the_catalogues_is_found_and_helps_on_unseen_recordings(diagnosed):
+    found = diagnosed(4, 'single', 'viscous_flow')
+    assert found.verdict == 'missing_physics'
+    first = found.findings[0]
+    assert 'viscous_flow' in (first.effect, *first.indistinguishable_from)
+    assert first.stage == 'mechanical'
+    fit = found.fit['displacement']
+    assert fit.improved < 0.5 * fit.calibrated
+    assert 'viscous_flow' in found.improved.effects or first.effect in found.improved.effects
