@@ -64,6 +64,8 @@ def calibration_table(calibration: Calibration) -> str:
     """Parameters with 90 % intervals, those that the data do not fix said to be so, and the misfit by channel."""
     rows = [_row(e) for e in (*calibration.estimates, *calibration.combinations)]
     lines = [table(['parameter', 'nominal', 'value', '90 % interval', 'unit', 'remark'], rows), '']
+    if any(e.name == 'B' for e in calibration.estimates):
+        lines.append('note: recordings see B c1 and B c2 only, never the three; c1 is kept at its nominal value')
     if calibration.held_by_melting:
         lines.append(
             'note: the fit would heat the fibre beyond 220 degC, where nylon nears melting; hA and the gain are those '

@@ -1,0 +1,135 @@
+"""simulate, calibrate and replay as a user runs them: what they write, and the one line for what is wrong."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+
+from tcp_muscle_ros.recording.bag import read_bag
+
+PROTOCOL = """
+rate_hz: 20
+input: current
+repeat: 2
+segments:
+  - {duration_s: 25, value: 0.25, load_n: 0.5884}
+  - {duration_s: 45, value: 0}
+"""
+MUSCLE = """
+/**:
+  ros__parameters:
+    hA: 0.022
+    R0: 13.0
+    B: 1.5
+    seed: 3
+    temperature_noise_k: 0.2
+    resistance_noise_ohm: 0.02
+    displacement_noise_m: 5.0e-5
+    min_sense_current_a: 0.01
+"""
+
+
+def tool(*arguments):
+    done = subprocess.run(
+        [sys.executable, '-m', 'tcp_muscle_ros.tool', *map(str, arguments)], capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def refused(*arguments):
+    code, _, errors = tool(*arguments)
+    assert code == 2, errors
+    lines = errors.strip().splitlines()
+    assert len(lines) == 1, errors
+    assert 'Traceback' not in errors
+    return lines[0]
+
+
+@pytest.fixture(scope='module')
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('made')
+    (folder / 'protocol.yaml').write_text(PROTOCOL)
+    (folder / 'muscle.yaml').write_text(MUSCLE)
+    code, _, errors = tool('simulate', folder / 'protocol.yaml', '--output', folder / 'plain')
+    assert code == 0, errors
+    code, _, errors = tool(
+        'simulate', folder / 'protocol.yaml', '--params', folder / 'muscle.yaml', '--output', folder / 'noisy'
+    )
+    assert code == 0, errors
+    return folder
+
+
+def test_a_simulated_bag_replays_to_nothing(made):
+    code, printed, _ = tool('replay', made / 'plain', '--params', 'karami_tadesse_2017')
+    assert code == 0
+    for line in printed.splitlines()[2:]:
+        channel, _, rmse, *_ = line.split()
+        assert float(rmse) < 1e-9, channel
+
+
+def test_simulated_sensors_are_seeded_and_resistance_needs_current(made):
+    bag = read_bag(made / 'noisy')
+    assert len(bag['resistance']) < 0.4 * len(bag['temperature'])
+    assert 0.1 < np.std(np.diff(bag['temperature'].value[:100])) < 0.6
+    again = made / 'again'
+    assert tool('simulate', made / 'protocol.yaml', '--params', made / 'muscle.yaml', '--output', again)[0] == 0
+    assert np.array_equal(read_bag(again)['temperature'].value, bag['temperature'].value)
+
+
+def test_a_calibrated_file_loads_replays_to_the_noise_and_carries_its_intervals(made):
+    out = made / 'mine.yaml'
+    code, printed, errors = tool('calibrate', made / 'noisy', '--output', out)
+    assert code == 0, errors
+    assert 'B c1 and B c2' in printed  # three symbols of which recordings see two
+    values = yaml.safe_load(out.read_text())['/**']['ros__parameters']
+    assert values['hA'] == pytest.approx(0.022, rel=0.01)
+    intervals = {p['name']: p for p in json.loads((made / 'mine.intervals.json').read_text())['parameters']}
+    assert intervals['R0']['low'] < 13.0 < intervals['R0']['high']
+    figure, bag = made / 'mine.png', made / 'replayed'
+    code, printed, _ = tool('replay', made / 'noisy', '--params', out, '--figure', figure, '--output', bag)
+    assert code == 0
+    rmse = {line.split()[0]: float(line.split()[2]) for line in printed.splitlines()[2:5]}
+    assert rmse['temperature'] == pytest.approx(0.2, rel=0.1)
+    assert rmse['displacement'] == pytest.approx(0.05, rel=0.15)  # mm
+    assert figure.read_bytes().startswith(b'\x89PNG')
+    predicted = read_bag(bag, namespace='predicted')
+    recorded = read_bag(bag, namespace='recorded')
+    assert np.std(predicted['temperature'].value - recorded['temperature'].value) < 0.25
+
+
+@pytest.mark.parametrize(
+    ('text', 'line'),
+    [
+        ('/**:\n  ros__parameters:\n    ha: 0.02\n', "'hA'"),
+        ('/**:\n  ros__parameters:\n    H0: 150\n', '0.001 to 10 m'),
+        ('/**:\n  ros__parameters:\n    hA: .nan\n', 'finite number in W/K'),
+        ('/**:\n  ros__parameters:\n    T0: 296.15\n', 'degC'),
+        ('/**:\n  ros__parameters:\n    hA: 20 mW/K\n', 'expected a number in W/K'),
+        ('/**:\n  ros__parameters:\n    effects: [crep]\n', "did you mean 'creep'"),
+        ('/**:\n  ros__parameters:\n    effects: creep\n', 'expected a list of names'),
+        ('/**:\n  ros__parameters:\n   hA: [\n', 'does not parse as YAML in line'),
+        ('hA: 0.02\n', 'ros__parameters'),
+        ('', 'no parameters'),
+    ],
+)
+def test_a_wrong_parameter_file_is_one_line(made, tmp_path, text, line):
+    file = tmp_path / 'wrong.yaml'
+    file.write_text(text)
+    said = refused('replay', made / 'plain', '--params', file)
+    assert line in said
+    assert 'wrong.yaml' in said
+
+
+def test_missing_and_existing_files_are_one_line(made, tmp_path):
+    assert 'nothere' in refused('replay', tmp_path / 'nothere', '--params', 'karami_tadesse_2017')
+    assert 'nothere.yaml' in refused('replay', made / 'plain', '--params', tmp_path / 'nothere.yaml')
+    assert 'plain' in refused('simulate', made / 'protocol.yaml', '--output', made / 'plain')
+    assert 'folder' in refused('calibrate', made / 'plain', '--output', tmp_path / 'no' / 'mine.yaml')
+    assert 'expected one of' in refused(
+        'calibrate', made / 'plain', '--output', tmp_path / 'mine.yaml', '--separate', 'b'
+    )
+    (tmp_path / 'empty.mcap').write_bytes(b'')
+    assert 'empty.mcap' in refused('replay', tmp_path / 'empty.mcap', '--params', 'karami_tadesse_2017')

@@ -1,0 +1,68 @@
+"""Parameter files: made from the table, read back as written."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.muscle import EFFECTS, SETS, TABLE, Parameters
+from tcp_muscle_ros.parameter_file import number_text, read, render
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def maker():
+    spec = importlib.util.spec_from_file_location('make_config', ROOT / 'scripts' / 'make_config.py')
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_files_of_config_are_what_the_table_makes():
+    for path, text in maker().files().items():
+        assert path.read_text() == text, f'{path.name} has drifted: run scripts/make_config.py'
+
+
+@pytest.mark.parametrize('name', SETS)
+def test_a_shipped_file_is_its_set(name):
+    found = read(ROOT / 'config' / f'{name}.yaml')
+    assert np.array_equal(found.parameters.vector, Parameters.named(name).vector)
+    assert found.parameters.effects == ()
+
+
+def test_table_1_comes_first_and_row_by_row():
+    lines = (ROOT / 'config' / 'karami_tadesse_2017.yaml').read_text().splitlines()
+    names = [line.split(':')[0].strip() for line in lines if line.startswith('    ')][1:]
+    assert names == [row.name for row in TABLE]
+    assert names[:9] == ['L0', 'H0', 'D0', 'cp', 'm', 'k0', 'R0', 'T0', 'a_R']
+
+
+def test_any_muscle_reads_back_bit_for_bit(tmp_path):
+    muscle = (
+        Parameters.named('karami_tadesse_2017_set_b').with_effects(*EFFECTS).replace({'hA': 1 / 57, 'creep.J': 1e-7})
+    )
+    (tmp_path / 'm.yaml').write_text(
+        render(muscle, operating={'load_n': 0.25, 'end': 'spring', 'start_enabled': False})
+    )
+    found = read(tmp_path / 'm.yaml')
+    assert found.parameters.effects == muscle.effects
+    # Kelvin to degC and back may cost the last bit of an absolute temperature.
+    assert np.allclose(found.parameters.vector, muscle.vector, rtol=1e-12, atol=0.0)
+    assert found.operating == {'load_n': 0.25, 'end': 'spring', 'start_enabled': False}
+
+
+def test_effects_may_be_nested_and_words_of_YAML_are_numbers(tmp_path):
+    (tmp_path / 'm.yaml').write_text(
+        '/**:\n  ros__parameters:\n    effects: [creep]\n    creep: {J: 2e-1}\n    m: 1e-4\n'
+    )
+    found = read(tmp_path / 'm.yaml').parameters
+    assert found['creep.J'] == 0.2
+    assert found['C'] == pytest.approx(0.17)
+
+
+@pytest.mark.parametrize('value', [1.0, 1e-7, 1e22, 0.1, -3.5e-6, 0.0])
+def test_a_number_is_a_float_to_ROS_and_to_YAML(value):
+    text = number_text(value)
+    assert '.' in text
+    assert float(text) == value
