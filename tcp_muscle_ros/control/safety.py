@@ -154,6 +154,11 @@ class Safety:
         self._fault = self._fault or why
         self._stop(State.FAULT, self._fault)
 
+    def pause(self, why: str) -> None:
+        """No current until the next update, which may be long in coming."""
+        if self._enabled and not self._fault:
+            self._stop(State.TIMED_OUT, why)
+
     def clear_fault(self) -> str:
         """Back to work, if the cause is gone and the command is 0. Returns '' where done, else why not."""
         if not self._fault:

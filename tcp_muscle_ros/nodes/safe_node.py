@@ -45,6 +45,7 @@ class SafeNode(Node):
         self._changes: deque[Report] = deque(maxlen=20)
         self._counted = self.safety.report()
         self._missed, self._jumps = 0, 0
+        self._clock_then = -1
         self._started = time.monotonic()
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', STATE_QOS)
         self._change = self.create_guard_condition(self._tell_changes)
@@ -137,10 +138,22 @@ class SafeNode(Node):
     def _tick(self, stamp: int, dt: float, publish: bool) -> None:
         with self.lock:
             self.work(stamp, dt, time.monotonic(), publish)
-            if self.safety.state is not self._told:
-                self._told = self.safety.state
-                self._changes.append(self.safety.report())
-                self._change.trigger()
+            self._notice_change()
+
+    def _notice_change(self) -> None:
+        if self.safety.state is not self._told:
+            self._told = self.safety.state
+            self._changes.append(self.safety.report())
+            self._change.trigger()
+
+    def _watch_clock(self) -> None:
+        """Where /clock has stood still since the last look, no tick will turn the current off: do it here."""
+        now = self.time_base.now()
+        if isinstance(self.time_base, RosTime) and now == self._clock_then and self.safety.state.lets_flow:
+            self.safety.pause('/clock stands still')
+            self.publish_zero()
+            self._notice_change()
+        self._clock_then = now
 
     def _set(self, settings: Settings) -> None:
         with self.lock:
@@ -199,6 +212,7 @@ class SafeNode(Node):
         """Once a second: diagnostics, and a line of log for what was counted meanwhile."""
         log = self.get_logger()
         with self.lock:
+            self._watch_clock()
             report = self.safety.report()
         if report.rejected > self._counted.rejected:
             log.warning(f'{report.rejected - self._counted.rejected} refused: {report.last_rejected}')

@@ -234,6 +234,17 @@ def test_power_and_voltage_meet_the_same_current_limit():
     assert bench.tick(resistance=14.0) == 0.1
 
 
+def test_a_pause_is_over_with_the_next_update():
+    bench = Bench(slew=1.0)
+    bench.command(0.2)
+    for _ in range(30):
+        bench.tick()
+    bench.safety.pause('/clock stands still')
+    assert bench.safety.current == 0.0
+    assert bench.safety.state is State.TIMED_OUT
+    assert bench.tick() == pytest.approx(0.01)
+
+
 def test_silent_feedback_gives_zero_and_is_not_latched():
     bench = Bench()
     bench.command(0.2)
@@ -389,6 +400,11 @@ class AnySequence(RuleBasedStateMachine):
         self.safety.disable()
         self.enabled = False
         self.last_good = None
+        assert self.safety.current == 0.0
+
+    @rule()
+    def pause(self):
+        self.safety.pause('/clock stands still')
         assert self.safety.current == 0.0
 
     @rule()

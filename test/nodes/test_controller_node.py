@@ -198,3 +198,17 @@ def test_resistance_alone_closes_the_loop_and_a_probe_wakes_a_rig_that_shows_non
     made.end()
     sim.kill()
     bench.forget(displacement)
+
+
+def test_the_loop_closes_in_simulated_time_too(bench, diagnostics):
+    sim = bench.start('sim_node', 'faster', real_time_factor=3.0)
+    made = Controller(bench, diagnostics, 'faster', use_sim_time=True)
+    displacement = bench.listen('/faster/displacement')
+    made.setpoint.publish(Float64(data=0.01))
+    bench.until(lambda: displacement and abs(displacement.last.data - 0.01) < 1e-4, 'it does not get there')
+    assert max(message.data for _, message in displacement) < 0.0105
+    sim.kill()  # and /clock with it: no tick comes any more
+    bench.until(lambda: made.command.last.data == 0.0, 'the last command stays on')
+    bench.until(lambda: '/clock stands still' in made.program.said(), 'not said')
+    made.end()
+    bench.forget(displacement)

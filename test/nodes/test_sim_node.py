@@ -286,7 +286,7 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
         message = Clock()
         message.clock.sec, message.clock.nanosec = int(now[0]), round((now[0] % 1.0) * 1e9)
         clock.publish(message)
-        time.sleep(0.005)
+        time.sleep(0.01)
 
     def facts():
         found = [
@@ -309,7 +309,8 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
     stamps = sorted({stamp(message) for _, message in sim.joints})
     apart = [b - a for a, b in pairwise(stamps[5:])]
     assert apart.count(10_000_000) > 0.9 * len(apart), 'two ticks for each step of the clock'
-    for jump, count in ((-50.0, 1), (1000.0, 2)):
+    for jump in (-50.0, 1000.0):
+        counted = int(facts().get('clock_jumps', 0))  # a machine that stood still for a second has one already
         before = sim.temperature.last.temperature
         advance(jump)
         landed = now[0]
@@ -319,8 +320,8 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
         bench.until(lambda landed=landed: stamp(sim.joints.last) * 1e-9 > landed + 0.15, 'it stands still')
         assert 0.0 < sim.temperature.last.temperature - before < 1.5, 'nothing but the ticks counts'
         assert sim.current.last.data == 0.2
-        bench.until(lambda count=count: facts().get('clock_jumps') == str(count), 'not counted')
-        assert facts()['skipped_steps'] == str(count)
+        bench.until(lambda counted=counted: int(facts().get('clock_jumps', 0)) > counted, 'not counted')
+        assert facts()['skipped_steps'] == facts()['clock_jumps']
     bench.until(lambda: 'the clock jumped' in sim.program.said(), 'not said')
     sim.end()
     bench.forget(diagnostics)
