@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.noise import white_sigma
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 _BAND = (5.0, 95.0)  # percentiles
+_FIRST, _STILL = 20, 5  # readings
 
 
 @dataclass(frozen=True)
@@ -31,16 +33,24 @@ class Comparison:
 
 
 def start_temperature(experiment: Experiment) -> float | None:
-    """The fibre's temperature (K) at the start as recorded: the mean of what was read before the drive came on."""
+    """The fibre's temperature (K) at the start as recorded; None (the ambient) where that is what the thermometer says.
+
+    The mean of what was read before the drive came on; where it was on from the start, a line through the first
+    readings, continued to the start.
+    """
     observed = experiment.observed.get('temperature')
-    if observed is None:
+    if observed is None or observed.time.size < 2:
         return None
-    drive = experiment.imposed.drive
-    on = np.flatnonzero(drive != 0.0)
-    until = experiment.imposed.time[on[0]] if on.size else experiment.imposed.time[-1]
-    still = observed.value[observed.time <= max(float(until), float(observed.time[0]))]
-    # Long rests may drift; the last seconds before the drive are not the start.
-    return float(np.mean(still[: max(1, min(still.size, 20))]))
+    on = np.flatnonzero(experiment.imposed.drive != 0.0)
+    until = float(experiment.imposed.time[on[0]]) if on.size else float(experiment.imposed.time[-1])
+    still = observed.value[observed.time <= until][:_FIRST]
+    if still.size >= _STILL:
+        start = float(np.mean(still))
+    else:
+        time, value = observed.time[:_FIRST], observed.value[:_FIRST]
+        slope, start = np.polyfit(time - experiment.imposed.time[0], value, 1)
+    ambient = float(experiment.imposed.ambient[0])
+    return None if abs(start - ambient) < 2.0 * white_sigma(observed.value) else float(start)
 
 
 def replay(
