@@ -125,8 +125,8 @@ class Session:
                 raise RuntimeError(f'{name} ended with exit code {process.returncode}: {said}')
 
     def _end(self) -> None:
-        """First who commands, then who obeys, then who writes it down."""
-        for name in ('controller_node', 'sim_node', 'recorder'):
+        """First who writes it down: the end is no part of the session. Then who commands, then who obeys."""
+        for name in ('recorder', 'controller_node', 'sim_node'):
             process = self.processes.get(name)
             if process is None:
                 continue
