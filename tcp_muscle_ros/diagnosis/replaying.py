@@ -6,12 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.noise import white_sigma
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 _BAND = (5.0, 95.0)  # percentiles
-_FIRST, _STILL = 20, 5  # readings
+_FIRST = 20  # readings
 
 
 @dataclass(frozen=True)
@@ -32,25 +31,26 @@ class Comparison:
     high: Array | None = None
 
 
-def start_temperature(experiment: Experiment) -> float | None:
-    """The fibre's temperature (K) at the start as recorded; None (the ambient) where that is what the thermometer says.
+def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
+    """The fibre's temperature (K) at the start, from the first readings of the thermometer; without one, the ambient.
 
-    The mean of what was read before the drive came on; where it was on from the start, a line through the first
-    readings, continued to the start.
+    Of the ambient, the first reading, and the mean of what was read before the drive came on, the one from which the
+    model comes closest to the first readings.
     """
+    ambient = float(experiment.imposed.ambient[0])
     observed = experiment.observed.get('temperature')
-    if observed is None or observed.time.size < 2:
-        return None
+    if observed is None:
+        return ambient
     on = np.flatnonzero(experiment.imposed.drive != 0.0)
     until = float(experiment.imposed.time[on[0]]) if on.size else float(experiment.imposed.time[-1])
     still = observed.value[observed.time <= until][:_FIRST]
-    if still.size >= _STILL:
-        start = float(np.mean(still))
-    else:
-        time, value = observed.time[:_FIRST], observed.value[:_FIRST]
-        slope, start = np.polyfit(time - experiment.imposed.time[0], value, 1)
-    ambient = float(experiment.imposed.ambient[0])
-    return None if abs(start - ambient) < 2.0 * white_sigma(observed.value) else float(start)
+    starts = [ambient, float(observed.value[0]), float(np.mean(still)) if still.size else ambient]
+
+    def error(start: float) -> float:
+        shown = experiment.predict(parameters, start)['temperature']
+        return float(np.sum((shown - observed.value)[:_FIRST] ** 2))
+
+    return min(starts, key=error)
 
 
 def replay(
@@ -60,7 +60,7 @@ def replay(
 
     ``variants``: other muscles within the parameters' intervals; their spread is the band.
     """
-    start = start_temperature(experiment)
+    start = start_temperature(experiment, parameters)
     predicted = experiment.predict(parameters, start)
     spread = [experiment.predict(muscle, start) for muscle in (variants or {}).values()]
     found = {}
