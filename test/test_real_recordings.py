@@ -1,0 +1,47 @@
+"""The public recordings, where they are: every run is in the document, and a calibration helps each kind of it."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.diagnosis.calibration import calibrate
+from tcp_muscle_ros.diagnosis.experiment import prepare
+from tcp_muscle_ros.diagnosis.replaying import replay
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.recording.csv_import import csv_files, import_runs
+from tcp_muscle_ros.recording.import_map import read_import_map
+
+ROOT = Path(__file__).resolve().parent.parent
+DATA = Path(os.environ.get('TCP_MUSCLE_SHARED', ROOT.parent / 'shared')) / 'data'
+NOMINAL = Parameters.named('karami_tadesse_2017')
+
+pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f'the public recordings are not at {DATA}')
+
+
+@pytest.fixture(scope='module')
+def runs():
+    found = {}
+    for rig in ('bench', 'video'):
+        import_map = read_import_map(ROOT / 'config' / f'import_tca_{rig}_rig.yaml')
+        for run in import_runs(import_map, csv_files([DATA / f'tca_{rig}_rig'])):
+            found[run.name] = run.recording
+    return found
+
+
+def test_every_run_has_its_row_in_the_document(runs):
+    page = (ROOT / 'docs' / 'real_recordings.md').read_text()
+    missing = [name for name in runs if f'| {name} |' not in page and 'outlier' not in name]
+    assert missing == []
+
+
+@pytest.mark.parametrize('name', ['stroke_3W_2a', 'force_3W_1', 'force_trial1_5W_1', 'mandrel_3W_forced_1'])
+def test_a_calibrated_muscle_is_closer_to_the_recording_than_the_papers(runs, name):
+    experiment = prepare(runs[name], NOMINAL)
+    calibration = calibrate([experiment], NOMINAL)
+    channel = next(iter(experiment.observed))
+    left = calibration.rmse()[channel][0]
+    compared = replay(experiment, NOMINAL)[channel]
+    assert left < 0.5 * compared.rmse
+    assert left < 0.12 * float(np.ptp(experiment.observed[channel].value))
