@@ -27,7 +27,7 @@ PER_PARAMETER = 2.0
 # Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.
 AMBIGUOUS = 6.0
 # No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
-# nothing, however many samples there are.
+# nothing, however many samples there are; and what remains of it beside a strong effect gets no name of its own.
 ALIKE = 0.02
 LEAST_SHARE = 0.08
 _TRIES = 3
@@ -207,6 +207,7 @@ def select(
     accepted: list[str] = []
     rejected: list[str] = []
     gains: dict[str, Gain] = {}
+    explained = 0.0
     while len(accepted) < most:
         pool = [e for e in effects if e not in accepted]
         ranked, seen = screen(present, pool, progress)
@@ -220,7 +221,7 @@ def select(
             refitted = {r.effect: bare - r.score for r in rivals}
         picked = None
         for _ in range(_TRIES):
-            rivals = [r for r in rivals if bare - r.score >= THRESHOLD]
+            rivals = [r for r in rivals if bare - r.score >= max(THRESHOLD, ALIKE * explained)]
             if not rivals:
                 break
             pick = _prefer(rivals, bare)
@@ -234,6 +235,7 @@ def select(
             break
         accepted.append(picked.effect)
         gains[picked.effect] = gain
+        explained += bare - picked.score
         present, found_structure = settle_noise(picked.fit, 1)
         word = held_out(present)
     present, accepted, contests = _revise(present, accepted, effects, progress)
@@ -289,4 +291,10 @@ def _revise(
             contests[pick.effect] = (drop, rivals)
         if not changed or len(accepted) < 2:
             break
+    while accepted:
+        weakest = min(accepted, key=lambda e: contests[e][0])
+        if contests[weakest][0] >= ALIKE * max(contests[e][0] for e in accepted):
+            break
+        present = shrink(present, weakest)
+        accepted.remove(weakest)
     return present, accepted, {e: contests[e] for e in accepted}
