@@ -10,7 +10,7 @@ effect a period later; the model's step over that period is part of the law.
 """
 
 from dataclasses import dataclass
-from math import exp
+from math import exp, expm1
 from typing import Any
 
 from tcp_muscle_ros.control.inverse import Inverse
@@ -24,6 +24,7 @@ MODES = ('model', 'pid')
 _SLOWEST_PERIODS = 3.0  # the closed loop's time constant is at least so many periods
 _GUARD_TIME = 0.5  # s, with which the temperature limit is approached
 _COLDEST, _HOTTEST = ZERO_CELSIUS - 60.0, ZERO_CELSIUS + 250.0  # K; what a thermometer says beyond is no temperature
+_LEARNT_AGO = 1.0  # s, by which the expectation follows what the feedback teaches
 _AT_REST = 0.1  # K above ambient, where a setpoint needs no current
 
 
@@ -47,14 +48,18 @@ class Command:
 
     current                A, for the next period, within 0 and the current limit
     shaped_setpoint        m, the setpoint as far as the muscle can follow it
-    predicted_displacement m, by the model from the current alone: it knows nothing of what is measured,
-    predicted_temperature  K, so that a sensor that has died can be told from a muscle that rests
+    predicted_displacement m, by the model from the current alone: it knows nothing of what is measured
+    predicted_temperature  K, however the sensor errs
+    expected_displacement  m, what the feedback should show by what was learnt of the muscle a second ago: a sensor that
+    expected_resistance    ohm, froze is left behind by it, a muscle at rest that is not quite the model is not
     """
 
     current: float
     shaped_setpoint: float
     predicted_displacement: float
     predicted_temperature: float
+    expected_displacement: float
+    expected_resistance: float
 
 
 class TrackingController:
@@ -93,6 +98,8 @@ class TrackingController:
         self._inverse = Inverse(model, load)
         self._observer = Observer(model, period)
         self._nominal = Observer(model, period)  # never corrected: the model as it stands
+        self._expected = Observer(model, period)  # follows the observer slowly
+        self._follow = -expm1(-period / _LEARNT_AGO)
         self._muscle = Muscle(model, load=load, ambient=ambient)
         self._stepped = self._seeded = False
         self._R0, self._a_R, self._T0 = model['R0'], model['a_R'], model['T0']
@@ -143,12 +150,14 @@ class TrackingController:
         measured = self._coordinate(displacement, resistance)
         self._predict(flowed, measured, temperature)
         observer = self._observer
-        if observer.started:
+        began = observer.started
+        if began:
             observer.predict(flowed, self._ambient)
         if measured is not None:
             observer.correct(measured)
         elif not observer.started:
             observer.start(self._fibre)
+        self._expect(flowed, anew=not began)
 
         wanted = self._inverse.temperature(setpoint, self._load)
         target = min(max(wanted, self._ambient), self._highest())
@@ -162,7 +171,15 @@ class TrackingController:
             current = max(current, min(self.settings.probe_current, self.current_limit))
         self._flowing = current if applied_current is None else self._flowing
         shaped = setpoint if target == wanted else self._inverse.displacement(target, self._load)
-        return Command(current, shaped, self._predicted, self._fibre)
+        expected = self._expected.temperature
+        return Command(
+            current=current,
+            shaped_setpoint=shaped,
+            predicted_displacement=self._predicted,
+            predicted_temperature=self._fibre,
+            expected_displacement=self._inverse.displacement(expected, self._load),
+            expected_resistance=self._expected.resistance(expected),
+        )
 
     def _coordinate(self, displacement: float | None, resistance: float | None) -> float | None:
         if displacement is not None:
@@ -188,6 +205,15 @@ class TrackingController:
             reading = self._muscle.step(self._period, flowed, load=self._load, ambient=self._ambient)
         self._stepped = True
         self._predicted, self._fibre = reading.displacement, reading.fibre_temperature
+
+    def _expect(self, flowed: float, anew: bool) -> None:
+        """What the feedback should say. It goes its own way with the current, and what was learnt reaches it late."""
+        expected, observer = self._expected, self._observer
+        follow = 1.0 if anew else self._follow
+        ahead = expected.after(expected.temperature, flowed, self._ambient)
+        expected.temperature = ahead + follow * (observer.temperature - ahead)
+        expected.gain += follow * (observer.gain - expected.gain)
+        expected.power += follow * (observer.power - expected.power)
 
     def _highest(self) -> float:
         settles = self._observer.steady_temperature(self.current_limit, self._ambient)

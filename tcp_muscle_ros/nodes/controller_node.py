@@ -9,7 +9,7 @@ from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.safety import FeedbackWatch, Limits, celsius
 from tcp_muscle_ros.control.tracking import Command, TrackingController
-from tcp_muscle_ros.muscle import ZERO_CELSIUS, resistance
+from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_node import COMMAND_QOS, STATE_QOS, SafeNode
@@ -167,7 +167,7 @@ class ControllerNode(SafeNode):
     def work(self, stamp: int, dt: float, now: float, publish: bool) -> None:
         """Ask the controller, then the safety machine, and publish what remains."""
         temperature = self._temperature.fresh(now, self._watch.timeout)
-        lost, self._lost = self._lost, self._watch.problem(now, self._predicted_feedback())
+        lost, self._lost = self._lost, self._watch.problem(now, self._expected_feedback())
         if lost and not self._lost:
             self._begin_anew()  # nobody saw what the muscle did meanwhile
         if self._setpoint is not None and self._watch.value is not None:
@@ -201,12 +201,12 @@ class ControllerNode(SafeNode):
         measured = self._current.fresh(now, self._watch.timeout)
         return self.safety.current if measured is None else measured
 
-    def _predicted_feedback(self) -> float | None:
+    def _expected_feedback(self) -> float | None:
         if self._command is None:
             return None
         if self._feedback == 'displacement':
-            return self._command.predicted_displacement
-        return float(resistance(self._model, self._command.predicted_temperature))
+            return self._command.expected_displacement
+        return self._command.expected_resistance
 
     def _probes(self) -> bool:
         return (

@@ -1,7 +1,7 @@
 """What the controller must show (offline, against the simulated muscle, with the nodes' timing)."""
 
 from dataclasses import astuple
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from tcp_muscle_ros.control.inverse import Inverse
 from tcp_muscle_ros.control.observer import Noise, Observer
 from tcp_muscle_ros.control.offline import Sensors, run
+from tcp_muscle_ros.control.safety import FeedbackWatch
 from tcp_muscle_ros.control.setpoint import Slope
 from tcp_muscle_ros.control.tracking import MODES, Command, Settings
 from tcp_muscle_ros.errors import BadInput
@@ -253,6 +254,48 @@ def test_the_prediction_knows_nothing_of_what_is_measured():
     np.testing.assert_allclose(predictions(0.0)[1:], reference, atol=1e-12)
 
 
+def watched(plant, target, duration, *, feedback='displacement', quantum=0.0, frozen_after=inf):
+    """When the watch first speaks, s, as the node asks it; None: never."""
+    controller, muscle, flowing = study.controller(MODEL, 0.27), Muscle(plant, load=study.LOAD), 0.0
+    step = max(quantum, 2e-5 if feedback == 'displacement' else 2e-3)
+    watch, expected, shown = FeedbackWatch(feedback, 0.2, step), None, 0.0
+    reading = muscle.reading()
+    for k in range(round(duration / study.PERIOD)):
+        now = k * study.PERIOD
+        if now < frozen_after:
+            shown = getattr(reading, feedback)
+            shown = round(shown / quantum) * quantum if quantum else shown
+        watch.receive(shown, now)
+        if watch.problem(now, expected):
+            return now
+        command = controller.update(target(now), applied_current=flowing, **{feedback: shown})
+        expected = command.expected_displacement if feedback == 'displacement' else command.expected_resistance
+        reading = muscle.step(study.PERIOD, flowing)
+        flowing = command.current
+    return None
+
+
+@pytest.mark.parametrize('feedback', ['displacement', 'resistance'])
+def test_a_muscle_at_rest_that_is_not_the_model_is_no_frozen_sensor(feedback):
+    for plant, _ in list(study.draws(MODEL, 20, seed=1))[:6]:
+        if feedback == 'resistance':  # its own thermometer has to be calibrated
+            plant = plant.replace(R0=MODEL['R0'], a_R=MODEL['a_R'])
+        # Without noise what is measured at rest is the same to the last bit, and by the nominal model it should move.
+        assert watched(plant, lambda t: 0.02 if t < 20.0 else 0.01, 45.0, feedback=feedback) is None
+
+
+def test_a_coarse_sensor_is_no_frozen_one():
+    plant = list(study.draws(MODEL, 20, seed=1))[1][0]
+    assert watched(plant, lambda t: 0.02 if t < 20.0 else 0.0, 60.0, quantum=5e-5) is None
+
+
+@pytest.mark.parametrize(('frozen_after', 'within'), [(0.0, 0.1), (1.0, 0.1), (12.0, 0.2)])
+def test_a_sensor_that_freezes_is_found_as_soon_as_the_muscle_must_move(frozen_after, within):
+    found = watched(MODEL, lambda t: 0.02 if t < 12.0 else 0.03, 20.0, frozen_after=frozen_after)
+    assert found is not None
+    assert frozen_after <= found <= frozen_after + within
+
+
 def test_without_any_sensor_it_coasts_on_the_model():
     controller = study.controller(MODEL, 0.27)
     muscle, current = Muscle(MODEL, load=study.LOAD), 0.0
@@ -338,7 +381,7 @@ def test_a_wrong_setting_is_named(change, says):
 
 def test_a_command_is_immutable():
     with pytest.raises(AttributeError):
-        Command(0.0, 0.0, 0.0, 0.0).current = 1.0
+        Command(0.0, 0.0, 0.0, 0.0, 0.0, 0.0).current = 1.0
 
 
 def test_the_nodes_parameters_have_these_defaults():
