@@ -55,9 +55,7 @@ LAUNCH_DEPENDENCIES = {'launch', 'launch_ros', 'xacro'}
 def tracked_files():
     """Everything that is shipped: what git tracks, or every file where there is no repository."""
     if (ROOT / '.git').exists():
-        listing = subprocess.run(
-            ['git', 'ls-files', '-z'], cwd=ROOT, check=True, capture_output=True, text=True
-        ).stdout
+        listing = subprocess.run(['git', 'ls-files', '-z'], cwd=ROOT, check=True, capture_output=True, text=True).stdout
         found = [ROOT / name for name in listing.split('\0') if name]
     else:
         found = [path for path in ROOT.rglob('*') if not any(part.startswith('.') for part in path.parts)]
@@ -219,8 +217,18 @@ def test_a_wheel_holds_config_for_python_and_for_ros(tmp_path):
     if not link.exists():
         link.symlink_to('../config')
     subprocess.run(
-        [sys.executable, '-m', 'pip', 'wheel', '--quiet', '--no-deps', '--no-build-isolation', '--wheel-dir',
-         tmp_path, source],
+        [
+            sys.executable,
+            '-m',
+            'pip',
+            'wheel',
+            '--quiet',
+            '--no-deps',
+            '--no-build-isolation',
+            '--wheel-dir',
+            tmp_path,
+            source,
+        ],
         check=True,
     )
     (wheel,) = tmp_path.glob('*.whl')

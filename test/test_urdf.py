@@ -53,7 +53,9 @@ def test_ros2_control_goes_over_the_topics(robot):
     assert joint.get('name') == 'finger_1'
     assert [interface.get('name') for interface in joint.findall('command_interface')] == ['position']
     assert [interface.get('name') for interface in joint.findall('state_interface')] == [
-        'position', 'velocity', 'effort',
+        'position',
+        'velocity',
+        'effort',
     ]
 
 

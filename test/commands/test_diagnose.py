@@ -57,7 +57,7 @@ def test_the_checks_of_the_recordings_are_in_the_report():
 @pytest.mark.slow
 def test_an_interrupted_diagnosis_leaves_a_partial_report(bag, tmp_path):
     process = subprocess.Popen(
-        [*TOOL, 'diagnose', str(bag), '--output', str(tmp_path / 'report')],
+        [*TOOL, 'diagnose', *[str(bag)] * 12, '--output', str(tmp_path / 'report')],  # long enough to be caught at it
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -55,7 +55,7 @@ def test_who_falls_behind_by_more_than_anyone_keeps_stays_in_the_present():
     published = [publish for _, _, publish in counted.calls]
     assert counted.loop.unpublished >= 100 - BACKLOG - 2
     assert not any(published[10:80]) and published[-1]
-    assert counted.calls[-1][0] - counted.calls[0][0] == 199 * 5_000_000
+    assert counted.calls[199][0] - counted.calls[0][0] == 199 * 5_000_000
 
 
 def test_a_jump_ahead_is_not_run_after():
