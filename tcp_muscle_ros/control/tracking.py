@@ -24,7 +24,7 @@ MODES = ('model', 'pid')
 _SLOWEST_PERIODS = 3.0  # the closed loop's time constant is at least so many periods
 _GUARD_TIME = 0.5  # s, with which the temperature limit is approached
 _COLDEST, _HOTTEST = ZERO_CELSIUS - 60.0, ZERO_CELSIUS + 250.0  # K; what a thermometer says beyond is no temperature
-_LEARNT_AGO = 1.0  # s, by which the expectation follows what the feedback teaches
+_LEARNT_AGO = 0.3  # s, by which the expectation follows what the feedback teaches
 _AT_REST = 0.1  # K above ambient, where a setpoint needs no current
 
 
@@ -50,7 +50,7 @@ class Command:
     shaped_setpoint        m, the setpoint as far as the muscle can follow it
     predicted_displacement m, by the model from the current alone: it knows nothing of what is measured
     predicted_temperature  K, however the sensor errs
-    expected_displacement  m, what the feedback should show by what was learnt of the muscle a second ago: a sensor that
+    expected_displacement  m, what the feedback should show by what was learnt of the muscle a moment ago: a sensor that
     expected_resistance    ohm, froze is left behind by it, a muscle at rest that is not quite the model is not
     """
 

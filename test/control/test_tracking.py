@@ -254,9 +254,9 @@ def test_the_prediction_knows_nothing_of_what_is_measured():
     np.testing.assert_allclose(predictions(0.0)[1:], reference, atol=1e-12)
 
 
-def watched(plant, target, duration, *, feedback='displacement', quantum=0.0, frozen_after=inf):
+def watched(plant, target, duration, *, limit=0.27, feedback='displacement', quantum=0.0, frozen_after=inf):
     """When the watch first speaks, s, as the node asks it; None: never."""
-    controller, muscle, flowing = study.controller(MODEL, 0.27), Muscle(plant, load=study.LOAD), 0.0
+    controller, muscle, flowing = study.controller(MODEL, limit), Muscle(plant, load=study.LOAD), 0.0
     step = max(quantum, 2e-5 if feedback == 'displacement' else 2e-3)
     watch, expected, shown = FeedbackWatch(feedback, 0.2, step), None, 0.0
     reading = muscle.reading()
@@ -275,18 +275,19 @@ def watched(plant, target, duration, *, feedback='displacement', quantum=0.0, fr
     return None
 
 
-@pytest.mark.parametrize('feedback', ['displacement', 'resistance'])
-def test_a_muscle_at_rest_that_is_not_the_model_is_no_frozen_sensor(feedback):
-    for plant, _ in list(study.draws(MODEL, 20, seed=1))[:6]:
+@pytest.mark.parametrize('limit', [0.27, 0.40])
+@pytest.mark.parametrize(
+    ('feedback', 'quantum'), [('displacement', 0.0), ('displacement', 5e-5), ('resistance', 0.0), ('resistance', 0.01)]
+)
+def test_a_muscle_at_rest_that_is_not_the_model_is_no_frozen_sensor(feedback, quantum, limit):
+    for plant, _ in list(study.draws(MODEL, 20, seed=1))[:8]:
         if feedback == 'resistance':  # its own thermometer has to be calibrated
             plant = plant.replace(R0=MODEL['R0'], a_R=MODEL['a_R'])
         # Without noise what is measured at rest is the same to the last bit, and by the nominal model it should move.
-        assert watched(plant, lambda t: 0.02 if t < 20.0 else 0.01, 45.0, feedback=feedback) is None
-
-
-def test_a_coarse_sensor_is_no_frozen_one():
-    plant = list(study.draws(MODEL, 20, seed=1))[1][0]
-    assert watched(plant, lambda t: 0.02 if t < 20.0 else 0.0, 60.0, quantum=5e-5) is None
+        found = watched(
+            plant, lambda t: 0.02 if t < 12.0 else 0.01, 30.0, limit=limit, feedback=feedback, quantum=quantum
+        )
+        assert found is None
 
 
 @pytest.mark.parametrize(('frozen_after', 'within'), [(0.0, 0.1), (1.0, 0.1), (12.0, 0.2)])
