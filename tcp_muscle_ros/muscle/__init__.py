@@ -6,19 +6,23 @@ Knows nothing of files, ROS or the time of day.
 from tcp_muscle_ros.muscle.effects import EFFECTS
 from tcp_muscle_ros.muscle.effects.effect import Effect
 from tcp_muscle_ros.muscle.electrical import KINDS
+from tcp_muscle_ros.muscle.joint import Joint, Link
 from tcp_muscle_ros.muscle.muscle import ENDS, Muscle, Outputs, Reading, simulate
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
 from tcp_muscle_ros.muscle.parameters import SETS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.statics import (
     critical_current,
     length,
+    length_at,
     resistance,
     steady_current,
     steady_temperature,
     stiffness,
     temperature_for_length,
+    tension,
 )
 from tcp_muscle_ros.muscle.table import TABLE
+from tcp_muscle_ros.muscle.together import Muscles
 
 __all__ = [
     'EFFECTS',
@@ -29,17 +33,22 @@ __all__ = [
     'TABLE',
     'ZERO_CELSIUS',
     'Effect',
+    'Joint',
+    'Link',
     'Muscle',
+    'Muscles',
     'Outputs',
     'Parameter',
     'Parameters',
     'Reading',
     'critical_current',
     'length',
+    'length_at',
     'resistance',
     'simulate',
     'steady_current',
     'steady_temperature',
     'stiffness',
     'temperature_for_length',
+    'tension',
 ]

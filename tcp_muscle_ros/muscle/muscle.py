@@ -151,21 +151,30 @@ class Muscle:
         start = float(self.imposed[at.IN_AMBIENT]) if temperature is None else temperature
         self._settle(_finite('temperature', start, 'K'))
         self._velocity = 0.0
-        self._last = self._read(0.0).displacement
+        self._last = self.advance(0.0).displacement
 
     def _impose(self, drive: float, kind: str, load: float | None, ambient: float | None) -> None:
         number = _kind(kind)
+        self.imposed[at.IN_DRIVE] = _finite(kind, drive, 'AWV'[number], signed=number != POWER)
+        self.imposed[at.IN_KIND] = number
+        self.impose(load, ambient)
+
+    def impose(self, load: float | None = None, ambient: float | None = None) -> None:
+        """Load (N) and ambient (K) from now on; None = keep."""
         imposed = self.imposed
-        imposed[at.IN_DRIVE] = _finite(kind, drive, 'AWV'[number], signed=number != POWER)
-        imposed[at.IN_KIND] = number
         if load is not None:
             imposed[at.IN_LOAD] = _finite('load', load, 'N')
         if ambient is not None:
             imposed[at.IN_AMBIENT] = _finite('ambient', ambient, 'K')
 
-    def _read(self, dt: float) -> Reading:
+    def advance(self, dt: float) -> Reading:
+        """Let ``dt`` (s) pass under what is imposed, then read; a ``dt`` of 0 only reads."""
         stepping.advance(self.state, self.imposed, self._p, self._on, self._q, self._work, dt, self._y)
-        *values, in_domain, slack = self._y.tolist()
+        return self.shown(self._y.tolist(), dt)
+
+    def shown(self, row: list[float], dt: float) -> Reading:
+        """The reading that a row of outputs is, ``dt`` (s) after the last."""
+        *values, in_domain, slack = row
         if dt > 0.0:
             displacement = values[at.Y_DISPLACEMENT]
             self._velocity = (displacement - self._last) / dt
@@ -179,14 +188,14 @@ class Muscle:
         if not (isfinite(dt) and dt > 0.0):
             raise BadInput(f'dt = {dt} s: expected a finite number above 0')
         self._impose(drive, kind, load, ambient)
-        return self._read(dt)
+        return self.advance(dt)
 
     def reading(
         self, drive: float = 0.0, kind: str = 'current', load: float | None = None, ambient: float | None = None
     ) -> Reading:
         """What it shows now if this drive is applied now. No time passes."""
         self._impose(drive, kind, load, ambient)
-        return self._read(0.0)
+        return self.advance(0.0)
 
     @property
     def heated(self) -> float:

@@ -44,10 +44,16 @@ def resistance(p: Parameters, temperature: ArrayLike) -> Array:
 
 
 @entry
+def _length(p: Array, temperature: float, force: float) -> float:
+    thermal = p[_B] * contraction_coefficient(p, temperature) * (temperature - p[_T0])
+    height: float = p[_H0] + thermal + force / (p[_K0] * modulus_ratio(p, temperature))
+    return height
+
+
+@entry
 def _lengths(p: Array, temperature: Array, force: Array, out: Array) -> None:
     for k in range(temperature.size):
-        thermal = p[_B] * contraction_coefficient(p, temperature[k]) * (temperature[k] - p[_T0])
-        out[k] = p[_H0] + thermal + force[k] / (p[_K0] * modulus_ratio(p, temperature[k]))
+        out[k] = _length(p, temperature[k], force[k])
 
 
 @entry
@@ -56,8 +62,7 @@ def _invert(p: Array, height: float, force: float) -> float:
     low, high = DOMAIN_LOW, DOMAIN_HIGH
     for _ in range(60):
         middle = 0.5 * (low + high)
-        thermal = p[_B] * contraction_coefficient(p, middle) * (middle - p[_T0])
-        if p[_H0] + thermal + force / (p[_K0] * modulus_ratio(p, middle)) > height:
+        if _length(p, middle, force) > height:
             low = middle
         else:
             high = middle
@@ -68,8 +73,13 @@ def length(p: Parameters, temperature: ArrayLike, force: ArrayLike) -> Array:
     """H(T, F) = H0 + B alpha(T) (T - T0) + F/k(T), m, for temperatures (K) and tensions (N) that broadcast."""
     t, f = np.broadcast_arrays(np.asarray(temperature, dtype=np.float64), np.asarray(force, dtype=np.float64))
     out = np.empty(t.size)
-    _lengths(p.vector, np.ascontiguousarray(t).ravel(), np.ascontiguousarray(f).ravel(), out)
+    _lengths(p.vector, np.array(t).ravel(), np.array(f).ravel(), out)
     return out.reshape(t.shape)
+
+
+def length_at(p: Parameters, temperature: float, force: float) -> float:
+    """As ``length``, for one temperature (K) and one tension (N): a controller asks several times a period."""
+    return float(_length(p.vector, float(temperature), float(force)))
 
 
 def stiffness(p: Parameters, temperature: ArrayLike) -> Array:
@@ -84,3 +94,15 @@ def temperature_for_length(p: Parameters, height: float, force: float) -> float:
     Between 0 and 120 degC; the nearer end of that range for lengths that no temperature in it gives.
     """
     return float(_invert(p.vector, float(height), float(force)))
+
+
+@entry
+def _pull(p: Array, height: float, temperature: float) -> float:
+    thermal = p[_B] * contraction_coefficient(p, temperature) * (temperature - p[_T0])
+    pull: float = p[_K0] * modulus_ratio(p, temperature) * (height - p[_H0] - thermal)
+    return max(0.0, pull)
+
+
+def tension(p: Parameters, height: float, temperature: float) -> float:
+    """The tension (N) of a muscle that is held at this length (m) at this temperature (K); 0 where it is slack."""
+    return float(_pull(p.vector, float(height), float(temperature)))

@@ -11,7 +11,7 @@ import numpy as np
 
 from tcp_muscle_ros.muscle import layout
 from tcp_muscle_ros.muscle.arrays import Array, Mask
-from tcp_muscle_ros.muscle.compiled import entry, inner
+from tcp_muscle_ros.muscle.compiled import entry, inlined, inner
 from tcp_muscle_ros.muscle.composition import hooks_at
 from tcp_muscle_ros.muscle.electrical import VOLTAGE, joule_heating, resistance_at, source_current
 from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW, contraction_coefficient, modulus_ratio
@@ -273,7 +273,7 @@ def _runge_kutta(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, 
         x[j] += dt / 6.0 * (k1[j] + 2.0 * (k2[j] + k3[j]) + k4[j])
 
 
-@inner
+@inlined
 def _start(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array) -> None:
     """Take up a jump of the inputs. Heat that work leaves in the muscle is booked as taken from the ambient."""
     if p[_BEGIN] == 0.0:
@@ -284,7 +284,7 @@ def _start(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array) -> Non
     x[X_TEMPERATURE] = q[TEMPERATURE]
 
 
-@inner
+@inlined
 def _advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: float) -> None:
     """Advance the state by ``dt`` (s) under the imposed ``u``, constant over the step."""
     if p[_ANY] == 0.0 and u[IN_KIND] != VOLTAGE:
@@ -302,7 +302,7 @@ def _advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: 
             _commit(q, p, on, x, work[0])
 
 
-@inner
+@inlined
 def _show(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array) -> None:
     """Fill ``q`` to what the sensors show."""
     _evaluate(x, u, p, on, q, work[0])
@@ -316,7 +316,7 @@ def _show(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array) -> None
     _sensor(q, p, on, x, work[0])
 
 
-@inner
+@inlined
 def _observe(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, y: Array) -> None:
     """What is shown at this instant with this drive applied. No time passes."""
     _show(x, u, p, on, q, work)

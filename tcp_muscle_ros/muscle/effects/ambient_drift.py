@@ -30,4 +30,5 @@ EFFECT = Effect(
     ),
     hooks={'surroundings': surroundings},
     strength='a',
+    circumstance=True,
 )

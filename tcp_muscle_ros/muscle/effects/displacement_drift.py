@@ -25,4 +25,5 @@ EFFECT = Effect(
     parameters=(Parameter('r', 2.5e-6, 'm/s', -1e-3, 1e-3, 'drift', 'estimated: 0.1 to 1 mm in 200 s'),),
     hooks={'sensor': sensor},
     strength='r',
+    circumstance=True,
 )

@@ -52,7 +52,9 @@ class Effect:
 
     ``fastest_rate(c, p)`` (1/s) tells the stepper how quick its quickest state is. ``strength`` names the
     parameter that switches it off at its value ``none`` (the amplitude that a fit lets grow). ``motion``: its
-    ``heat`` needs ``q[VELOCITY]`` or ``q[FORCE_RATE]``, which depend on the heating they change.
+    ``heat`` needs ``q[VELOCITY]`` or ``q[FORCE_RATE]``, which depend on the heating they change. ``circumstance``: it
+    is no property of the muscle but of the room or the rig at the time, and may differ from recording to recording.
+    ``moments``: its parameters that are instants or spans of a recording.
     """
 
     name: str
@@ -67,6 +69,8 @@ class Effect:
     states: tuple[str, ...] = ()
     fastest_rate: Callable[[Any, Any], float] = field(default=_nothing_fast)
     motion: bool = False
+    circumstance: bool = False
+    moments: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         unknown = set(self.hooks) - set(POINTS)
