@@ -6,10 +6,14 @@ ros2 launch tcp_muscle_ros hardware.launch.py params_file:=my_muscle.yaml curren
 ros2 service call /controller_node/enable std_srvs/srv/SetBool '{data: true}'
 """
 
+from pathlib import Path
+
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from tcp_muscle_ros.parameter_file import values_for
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle'),
@@ -21,11 +25,15 @@ ARGUMENTS = [
 
 def nodes(context):
     value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
-    # The last entry wins: no parameter file can start a real muscle hot.
-    parameters = [value['params_file']] if value['params_file'] else []
+    # The last entry wins: no parameter file can start a real muscle hot, nor give one of several its own limit.
+    safe = {'start_enabled': False, 'current_limit_a': float(value['current_limit_a'])}
+    file = value['params_file']
+    muscles = values_for(Path(file), 'controller_node').get('muscles') if file else None
+    prefixes = ['', *(f'{name}.' for name in muscles or [] if name)]
+    parameters = [file] if file else []
     if value['rate_hz']:
         parameters.append({'rate_hz': float(value['rate_hz'])})
-    parameters.append({'start_enabled': False, 'current_limit_a': float(value['current_limit_a'])})
+    parameters.append({prefix + name: limit for prefix in prefixes for name, limit in safe.items()})
     return [
         Node(
             package='tcp_muscle_ros',

@@ -18,7 +18,7 @@ _HUGE = 1e9
 class Operating:
     """One operating parameter. ``low`` and ``high`` bound numbers; ``choices`` lists the words it may be.
 
-    ``same_as``: where it is not given, the value of that parameter.
+    ``same_as``: where it is not given, the value of that parameter. ``per_node``: one value for all muscles of a node.
     """
 
     name: str
@@ -31,10 +31,11 @@ class Operating:
     choices: tuple[str, ...] = ()
     read_only: bool = False
     same_as: str = ''
+    per_node: bool = False
 
 
 _ROWS = (
-    Operating('rate_hz', 100.0, 'Hz', 'ticks a second', BOTH, 1.0, 2000.0, read_only=True),
+    Operating('rate_hz', 100.0, 'Hz', 'ticks a second', BOTH, 1.0, 2000.0, read_only=True, per_node=True),
     Operating('joint_name', 'tcp_muscle', '', 'joint, and frame of the stamped messages', BOTH, read_only=True),
     Operating('start_enabled', True, '', 'whether current may flow from the start', BOTH, read_only=True),
     Operating(
@@ -66,6 +67,7 @@ _ROWS = (
         0.0,
         1000.0,
         read_only=True,
+        per_node=True,
     ),
     Operating(
         'initial_temperature_c',
@@ -154,3 +156,19 @@ _ROWS = (
     Operating('pid_filter_time_s', 0.05, 's', 'mode pid: filter of the derivative', (CONTROL,), 0.0, 100.0),
 )
 OPERATING: Mapping[str, Operating] = {row.name: row for row in _ROWS}
+
+# The lists that make one node work for several muscles, and for joints between two of them.
+MUSCLES, JOINTS = 'muscles', 'joints'
+_JOINT_ROWS = (
+    Operating('agonist', '', '', 'the muscle that turns the joint towards positive angles', BOTH, read_only=True),
+    Operating('antagonist', '', '', 'the muscle that turns it back', BOTH, read_only=True),
+    Operating('radius_m', 0.01, 'm', 'of the pulley on which both pull', BOTH, 1e-5, 1.0, read_only=True),
+    Operating('inertia_kg_m2', 1e-5, 'kg m2', 'of what turns', (SIM,), 1e-9, 100.0, read_only=True),
+    Operating('damping_n_m_s', 4e-4, 'N m s', 'of the joint, viscous', (SIM,), 0.0, 1000.0, read_only=True),
+    Operating('torque_n_m', 0.0, 'N m', 'from outside until one arrives', (SIM,), -1000.0, 1000.0, read_only=True),
+    Operating('low_rad', -1.2, 'rad', 'stop at negative angles', BOTH, -10.0, 0.0, read_only=True),
+    Operating('high_rad', 1.2, 'rad', 'stop at positive angles', BOTH, 0.0, 10.0, read_only=True),
+    Operating('cocontraction_n', 0.5, 'N', 'mean tension of both muscles until one arrives', (CONTROL,), 0.0, 1000.0),
+    Operating('torque_filter_s', 0.3, 's', 'of the torque that the tensions show', (CONTROL,), 0.0, 100.0),
+)
+JOINT: Mapping[str, Operating] = {row.name: row for row in _JOINT_ROWS}

@@ -14,7 +14,7 @@ import yaml
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS, SETS, SPECIFICATIONS, TABLE, Parameters
-from tcp_muscle_ros.operating import OPERATING
+from tcp_muscle_ros.operating import MUSCLES, OPERATING
 
 Value = float | int | bool | str | list[str]
 
@@ -58,6 +58,9 @@ def from_names(flat: Mapping[str, object]) -> ParameterFile:
     values: dict[str, float] = {}
     operating: dict[str, Value] = {}
     effects: tuple[str, ...] = ()
+    several = flat.get(MUSCLES) or []
+    if several not in ([], ['']):
+        raise BadInput(f"parameter '{MUSCLES}' = {several}: expected the parameters of one muscle, without '{MUSCLES}'")
     for name, value in flat.items():
         if name == 'effects':
             effects = _effects(value)

@@ -24,9 +24,11 @@ def load(path):
     return module
 
 
-def test_the_four_of_them_are_there():
+def test_all_of_them_are_there():
     assert [path.name for path in LAUNCH_FILES] == [
+        'antagonist.launch.py',
         'closed_loop.launch.py',
+        'hand.launch.py',
         'hardware.launch.py',
         'record.launch.py',
         'sim.launch.py',

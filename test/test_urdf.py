@@ -4,13 +4,14 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 xacro = pytest.importorskip('xacro', reason='xacro comes with ROS 2 or with requirements/test.txt')
 
 
-def expanded(**arguments):
-    document = xacro.process_file(str(ROOT / 'urdf' / 'tcp_muscle.urdf.xacro'), mappings=arguments)
+def expanded(file='tcp_muscle.urdf.xacro', **arguments):
+    document = xacro.process_file(str(ROOT / 'urdf' / file), mappings=arguments)
     return ElementTree.fromstring(document.toxml())
 
 
@@ -29,13 +30,15 @@ def test_position_is_contraction(robot):
     assert (float(limit.get('lower')), float(limit.get('upper'))) == (0.0, 0.05)
 
 
-def test_it_is_one_tree(robot):
+@pytest.mark.parametrize(('file', 'root'), [('tcp_muscle.urdf.xacro', 'world'), ('antagonist.urdf.xacro', 'palm')])
+def test_it_is_one_tree(file, root):
+    robot = expanded(file)
     links = {link.get('name') for link in robot.findall('link')}
     joints = robot.findall('joint')
     children = [joint.find('child').get('link') for joint in joints]
     assert len(children) == len(set(children))
     assert {joint.find('parent').get('link') for joint in joints} <= links
-    assert links - set(children) == {'world'}
+    assert links - set(children) == {root}
 
 
 def test_ros2_control_goes_over_the_topics(robot):
@@ -65,3 +68,34 @@ def test_defaults_are_the_papers_muscle_under_60_g():
     # 150 mm, and 60 g on 23 N/m.
     rest = 0.150 + 0.060 * 9.80665 / 23.0
     assert -float(joint.find('origin').get('xyz').split()[2]) == pytest.approx(rest, abs=1e-4)
+
+
+def test_the_antagonist_is_the_joint_of_its_parameter_file():
+    """Names, radius, stops, inertia and lengths; and the flexor's end rises where the joint turns positive."""
+    from tcp_muscle_ros.muscle import Parameters, length
+
+    values = yaml.safe_load((ROOT / 'config' / 'antagonist.yaml').read_text())['/**']['ros__parameters']
+    joint, robot = values['knuckle'], expanded('antagonist.urdf.xacro', namespace='/arm')
+    assert {one.get('name') for one in robot.findall('joint') if one.get('type') != 'fixed'} == {
+        *values['muscles'],
+        *values['joints'],
+    }
+    knuckle = robot.find("joint[@name='knuckle']")
+    limit = knuckle.find('limit')
+    assert (float(limit.get('lower')), float(limit.get('upper'))) == (joint['low_rad'], joint['high_rad'])
+    places = {
+        name: [float(x) for x in robot.find(f"joint[@name='{name}_mount']/origin").get('xyz').split()]
+        for name in values['muscles']
+    }
+    assert places[joint['agonist']][0] == joint['radius_m'] == -places[joint['antagonist']][0]
+    # Turned by a small angle about the axis, the rim at (r, 0, 0) moves along axis x (r, 0, 0).
+    _, y, _ = (float(x) for x in knuckle.find('axis').get('xyz').split())
+    assert -y * joint['radius_m'] > 0.0
+    paper = Parameters.named('karami_tadesse_2017')
+    assert places['flexor'][2] == pytest.approx(float(length(paper, paper['T0'], values['load_n'])), abs=1e-4)
+    inertial = robot.find("link[@name='finger']/inertial")
+    mass, arm = float(inertial.find('mass').get('value')), -float(inertial.find('origin').get('xyz').split()[2])
+    about_joint = float(inertial.find('inertia').get('iyy')) + mass * arm**2
+    assert about_joint == pytest.approx(joint['inertia_kg_m2'], rel=0.02)
+    topics = {param.get('name'): param.text for param in robot.find('ros2_control/hardware').findall('param')}
+    assert topics['joint_commands_topic'] == '/arm/joint_commands'

@@ -5,7 +5,7 @@ length that was measured under the present load. z* of the setpoint goes through
 map is wrong (stroke gain, stiffness) the error is in both and z = z* still means that the setpoint is met.
 """
 
-from tcp_muscle_ros.muscle import Parameters, length, temperature_for_length
+from tcp_muscle_ros.muscle import Parameters, length_at, temperature_for_length
 
 _STEP = 0.05  # K, half of the difference that gives a slope
 
@@ -15,11 +15,11 @@ class Inverse:
 
     def __init__(self, model: Parameters, load: float) -> None:
         self._model = model
-        self._rest = float(length(model, model['T0'], load))
+        self._rest = length_at(model, model['T0'], load)
 
     def displacement(self, temperature: float, load: float) -> float:
         """The contraction (m) at a temperature (K) under a load (N)."""
-        return self._rest - float(length(self._model, temperature, load))
+        return self._rest - length_at(self._model, temperature, load)
 
     def slope(self, temperature: float, load: float) -> float:
         """How much further the muscle contracts a kelvin, m/K; at least a tenth of what it does at T0 unloaded."""

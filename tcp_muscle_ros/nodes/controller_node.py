@@ -1,260 +1,77 @@
-"""Displacement in, current out: the tracking controller behind topics, for the simulated muscle or a real one."""
+"""Displacements or angles in, currents out: a position controller for one muscle or for several, simulated or real."""
 
-import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
-from rclpy.publisher import Publisher
-from sensor_msgs.msg import JointState, Temperature
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from tcp_muscle_ros.control.safety import FeedbackWatch, Limits, celsius
-from tcp_muscle_ros.control.tracking import Command, TrackingController
-from tcp_muscle_ros.muscle import ZERO_CELSIUS
+from tcp_muscle_ros.nodes.controlled_joint import ControlledJoint
+from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, make_controller
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.parameters import Settings
-from tcp_muscle_ros.nodes.safe_node import COMMAND_QOS, STATE_QOS, SafeNode
+from tcp_muscle_ros.nodes.plan import pair
+from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS
+from tcp_muscle_ros.nodes.safe_node import SafeNode
 from tcp_muscle_ros.operating import CONTROL
 
-# Steps of a sensor that is not said to have any: movement below five of them proves nothing.
-_FINE = {'displacement': 2e-5, 'resistance': 2e-3}  # m, ohm: 20 um of movement, or what it changes the resistance by
-_UNIT = {'displacement': 'm', 'resistance': 'ohm'}
-_HOTTEST_READING = 1000.0  # degC; more is a broken thermometer rather than a hot muscle
 
+class ControllerNode(SafeNode[ControlledMuscle]):
+    """Each muscle by its own setpoint, limits and faults; ``joint_commands`` may name any of them in one message.
 
-def make_controller(settings: Settings) -> TrackingController:
-    """The controller that the parameters describe.
-
-    Raises:
-        BadInput: values that make no muscle or no controller.
-    """
-    return TrackingController(
-        settings.muscle(),
-        1.0 / settings['rate_hz'],
-        settings['current_limit_a'],
-        settings['load_n'],
-        settings.kelvin('ambient_temperature_c'),
-        mode=settings['mode'],
-        temperature_limit=settings.kelvin('derate_temperature_c'),
-        time_constant=settings['time_constant_s'],
-        probe_current=settings['probe_current_a'] if settings['feedback'] == 'resistance' else 0.0,
-        pid_kp=settings['pid_kp_a_per_m'],
-        pid_ki=settings['pid_ki_a_per_m_s'],
-        pid_kd=settings['pid_kd_a_s_per_m'],
-        pid_filter_time=settings['pid_filter_time_s'],
-    )
-
-
-class Latest:
-    """The last good value of a topic, and when it came (steady time, s)."""
-
-    def __init__(self) -> None:
-        self.value: float | None = None
-        self.came = 0.0
-
-    def take(self, value: float) -> None:
-        """A message."""
-        self.value, self.came = value, time.monotonic()
-
-    def fresh(self, now: float, age: float) -> float | None:
-        """The value, unless it is older than ``age`` s."""
-        return self.value if now - self.came <= age else None
-
-
-class ControllerNode(SafeNode):
-    """Once a tick: is the feedback alive, which current, may it flow.
-
-    The last setpoint is held for as long as no other comes: a muscle that lets go because a commander fell silent may
-    drop what it holds. Without live feedback the current is 0 (or ``probe_current_a``) and what the controller had
-    learnt is forgotten; it begins again where the muscle then is.
+    Two muscles on a joint have one setpoint, the joint's, and are limited and stopped by themselves all the same.
     """
 
     def __init__(self) -> None:
         super().__init__(CONTROL)
-        self._feedback: str = self.settings['feedback']
-        self._setpoint: float | None = None  # m
-        self._measured_anew = False
-        self._ambient: float | None = None  # K
-        self._load: float | None = None  # N
-        self._temperature, self._current = Latest(), Latest()
-        self._command: Command | None = None
-        self._lost = 'no feedback yet'
-        self._controller = make_controller(self.settings)
-        self._watch = FeedbackWatch(self._feedback, 0.0, 0.0)
-        self._apply_watch()
-
-        self._current_command = self.create_publisher(Float64, 'current_command', COMMAND_QOS), Float64()
-        self._shaped = self.create_publisher(Float64, 'shaped_setpoint', STATE_QOS), Float64()
-        self.create_subscription(Float64, 'displacement_setpoint', self._take_setpoint, COMMAND_QOS)
-        self.create_subscription(JointState, 'joint_commands', self._take_joint_command, COMMAND_QOS)
-        self.create_subscription(Float64, self._feedback, self._take_feedback, STATE_QOS)
-        self.create_subscription(Float64, 'current', self._take_current, STATE_QOS)
-        self.create_subscription(Temperature, 'temperature', self._take_temperature, STATE_QOS)
-        self.create_subscription(Float64, 'load', self._take_load, COMMAND_QOS)
-        self.create_subscription(Temperature, 'ambient_temperature', self._take_ambient, COMMAND_QOS)
-
-    # Parameters
+        self._joints = {
+            name: ControlledJoint(self, name, settings, *(self.by_name[one] for one in pair(settings)))
+            for name, settings in self.plan.joints.items()
+        }
+        self._setpoints: dict[str, Callable[[Float64], None]] = {
+            muscle.settings['joint_name']: muscle.take_setpoint for muscle in self.muscles if not muscle.on_joint
+        }
+        self._setpoints |= {name: joint.take_setpoint for name, joint in self._joints.items()}
+        self.listen(JointState, 'joint_commands', self._take_joint_commands, COMMAND_QOS)
 
     def check(self, settings: Settings) -> None:
-        """Raise BadInput against values that make no controller or no limits."""
-        super().check(settings)
+        """Raise BadInput against values that make no muscle, no controller or no limits."""
+        settings.limits(command_timeout=0.0)
         make_controller(settings)
 
-    def limits_of(self, settings: Settings) -> Limits:
-        """The safety limits. The node commands itself every tick: there is no commander to watch."""
-        return settings.limits(command_timeout=0.0)
-
-    def apply(self, settings: Settings) -> None:
-        """A new controller; it begins where the muscle is."""
-        self._begin_anew()
-        self._apply_watch()
-
-    def _apply_watch(self) -> None:
-        settings = self.settings
-        quantum = settings[f'{self._feedback}_quantum_{_UNIT[self._feedback]}']
-        self._watch.timeout = settings['feedback_timeout_s'] or max(3.0 * self.period, 0.2)
-        self._watch.quantum = max(quantum, _FINE[self._feedback])
-        self._model = settings.muscle()
-
-    # What comes in
-
-    def _take_setpoint(self, message: Float64) -> None:
-        # Nothing moves by more than its own fibre: a larger number is a wrong unit.
-        if self.within('displacement_setpoint', message.data, -self._model['L0'], self._model['L0'], 'm'):
-            self._setpoint = message.data
-
-    def _take_joint_command(self, message: JointState) -> None:
-        joint = self.settings['joint_name']
-        for name, position in zip(message.name, message.position, strict=False):
-            if name == joint:
-                self._take_setpoint(Float64(data=position))
-
-    def _take_feedback(self, message: Float64) -> None:
-        with self.lock:
-            if self._watch.receive(message.data, time.monotonic()):
-                self._measured_anew = True
-            else:
-                self.refused_inputs[self._feedback] += 1
-
-    def _take_current(self, message: Float64) -> None:
-        if self.accept('current', message.data, like='current_limit_a'):
-            self._current.take(message.data)
-
-    def _take_temperature(self, message: Temperature) -> None:
-        if self.within('temperature', message.temperature, -ZERO_CELSIUS, _HOTTEST_READING, 'degC'):
-            self._temperature.take(message.temperature + ZERO_CELSIUS)
-
-    def _take_load(self, message: Float64) -> None:
-        if self.accept('load', message.data, like='load_n'):
-            self._load = message.data
-
-    def _take_ambient(self, message: Temperature) -> None:
-        if self.accept('ambient_temperature', message.temperature, like='ambient_temperature_c'):
-            self._ambient = message.temperature + ZERO_CELSIUS
-
-    def forget(self) -> str:
-        """~/reset: no setpoint, nothing learnt."""
-        self._setpoint = None
-        self._begin_anew()
-        return 'reset: waiting for a setpoint'
-
-    def _begin_anew(self) -> None:
-        self._controller = make_controller(self.settings)
-        self._command = None
-        self._watch.expect_anew()
-
-    # One tick
-
-    def work(self, stamp: int, dt: float, now: float, publish: bool) -> None:
-        """Ask the controller, then the safety machine, and publish what remains."""
-        temperature = self._temperature.fresh(now, self._watch.timeout)
-        lost, self._lost = self._lost, self._watch.problem(now, self._expected_feedback())
-        if lost and not self._lost:
-            self._begin_anew()  # nobody saw what the muscle did meanwhile
-        if self._setpoint is not None and self._watch.value is not None:
-            self._command = self._controller.update(
-                self._setpoint,
-                temperature=temperature,
-                load=self._load,
-                ambient=self._ambient,
-                applied_current=self._flowing(now),
-                **self._measurement(),
-            )
-            if self._lost or not self.safety.state.lets_flow:
-                self._controller.reset()
-            self.safety.command(self.settings['probe_current_a'] if self._lost else self._command.current, now)
-        elif self._probes():
-            self.safety.command(self.settings['probe_current_a'], now)
-        model = None if self._command is None else self._command.predicted_temperature
-        silent = '' if self._setpoint is None or self._probes() else self._lost
-        current = self.safety.update(now, dt, temperatures=(temperature, model), silent=silent)
-        if publish:
-            self._publish(current)
-
-    def _measurement(self) -> dict[str, float]:
-        # The model controller fills the gaps between samples itself; a PID holds the last one.
-        new, self._measured_anew = self._measured_anew, False
-        if self._lost or self._watch.value is None or not (new or self.settings['mode'] == 'pid'):
-            return {}
-        return {self._feedback: self._watch.value}
-
-    def _flowing(self, now: float) -> float:
-        measured = self._current.fresh(now, self._watch.timeout)
-        return self.safety.current if measured is None else measured
-
-    def _expected_feedback(self) -> float | None:
-        if self._command is None:
-            return None
-        if self._feedback == 'displacement':
-            return self._command.expected_displacement
-        return self._command.expected_resistance
-
-    def _probes(self) -> bool:
-        return (
-            bool(self._lost)
-            and self._setpoint is not None
-            and self._feedback == 'resistance'
-            and self.settings['probe_current_a'] > 0.0
+    def make_muscle(self, name: str, settings: Settings) -> ControlledMuscle:
+        """A muscle with its controller."""
+        return ControlledMuscle(
+            self, name, settings, on_joint=any(name in pair(joint) for joint in self.plan.joints.values())
         )
 
-    def _publish(self, current: float) -> None:
-        publisher, message = self._current_command
-        message.data = float(current)
-        publisher.publish(message)
-        if self._command is not None:
-            publisher, message = self._shaped
-            message.data = float(self._command.shaped_setpoint)
-            publisher.publish(message)
+    def apply_joint(self, name: str, settings: Settings) -> None:
+        """Take over values of a joint that were set while running."""
+        self._joints[name].apply(settings)
 
-    def publish_zero(self) -> Sequence[Publisher]:
-        """Command 0 A."""
-        publisher, message = self._current_command
-        message.data = 0.0
-        publisher.publish(message)
-        return [publisher]
+    def renew(self, muscle: ControlledMuscle) -> None:
+        """A muscle has other values: so has the joint that it turns."""
+        for joint in self._joints.values():
+            if joint.turns(muscle):
+                joint.renew()
 
-    # Diagnostics
+    def forget(self) -> str:
+        """~/reset: no setpoints, nothing learnt."""
+        for joint in self._joints.values():
+            joint.forget()
+        return super().forget()
 
-    def worries(self) -> Iterable[str]:
-        """What keeps it from working, beside safety."""
-        if self._probes():
-            yield f'{self._lost}, probing'
-        elif self._lost and self._setpoint is None:
-            yield self._lost
-        if self._setpoint is None:
-            yield 'no setpoint yet'
+    def _take_joint_commands(self, message: JointState) -> None:
+        for name, position in zip(message.name, message.position, strict=False):
+            take = self._setpoints.get(name)
+            if take is not None:
+                take(Float64(data=position))
 
-    def facts(self) -> Mapping[str, str]:
-        """What is wanted, measured and believed."""
-        command, measured = self._command, self._watch.value
-        return {
-            'mode': self.settings['mode'],
-            'feedback': self._feedback,
-            'setpoint_m': 'none' if self._setpoint is None else f'{self._setpoint:.6g}',
-            'shaped_setpoint_m': 'none' if command is None else f'{command.shaped_setpoint:.6g}',
-            f'{self._feedback}_{_UNIT[self._feedback]}': 'none' if measured is None else f'{measured:.6g}',
-            'predicted_displacement_m': 'none' if command is None else f'{command.predicted_displacement:.6g}',
-            'predicted_temperature_c': 'none' if command is None else celsius(command.predicted_temperature),
-        }
+    def work(self, stamp: int, dt: float, now: float, publish: bool) -> None:
+        """Each muscle's current."""
+        for joint in self._joints.values():
+            joint.work(now)
+        for muscle in self.muscles:
+            muscle.work(dt, now, publish)
 
 
 def main(args: Sequence[str] | None = None) -> int:

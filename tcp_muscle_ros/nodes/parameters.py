@@ -3,12 +3,10 @@
 What the muscle is stands in ``muscle.SPECIFICATIONS``, how it is run in ``operating.OPERATING``.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
-from rclpy.node import Node
-from rclpy.parameter import Parameter as RosParameter
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 
 from tcp_muscle_ros.control.safety import Limits
 from tcp_muscle_ros.errors import BadInput, nearest
@@ -60,13 +58,18 @@ def read_value(row: Operating, value: object) -> Value:
     return value
 
 
-def read_effects(value: object) -> tuple[str, ...]:
-    """The value of ``effects``; ``['']`` and an empty list, which ROS hands over as nothing, are none."""
+def read_list(parameter: str, value: object, example: str) -> tuple[str, ...]:
+    """A list of names; ``['']`` and an empty list, which ROS hands over as nothing, are none."""
     if value is None:
         return ()
     if isinstance(value, str) or not isinstance(value, Iterable) or not all(isinstance(name, str) for name in value):
-        raise BadInput(f"parameter 'effects' is {_shown(value)}; expected a list of names, such as [creep, radiation]")
-    names = tuple(name for name in value if name)
+        raise BadInput(f"parameter '{parameter}' is {_shown(value)}; expected a list of names, {example}")
+    return tuple(name for name in value if name)
+
+
+def read_effects(value: object) -> tuple[str, ...]:
+    """The value of ``effects``."""
+    names = read_list('effects', value, 'such as [creep, radiation]')
     for name in names:
         if name not in EFFECTS:
             raise BadInput(f"parameter 'effects': unknown effect '{name}'{nearest(name, EFFECTS)}")
@@ -108,8 +111,9 @@ def descriptor(row: Operating) -> ParameterDescriptor:
 class Settings(Mapping[str, Any]):
     """A node's parameters by name, as they are in force. Temperatures are in degC, as at the edge."""
 
-    def __init__(self, values: Mapping[str, Value]) -> None:
+    def __init__(self, values: Mapping[str, Value], rows: Mapping[str, Operating] = KNOWN) -> None:
         self._values = dict(values)
+        self.rows = rows
 
     def __getitem__(self, name: str) -> Any:
         return self._values[name]
@@ -155,8 +159,23 @@ class Settings(Mapping[str, Any]):
 
     def changed(self, changes: Mapping[str, object]) -> 'Settings':
         """These with some values replaced. Raises BadInput as ``read_value``."""
-        taken = {name: read_value(KNOWN[name], value) for name, value in changes.items() if name in KNOWN}
-        return Settings({**self._values, **taken})
+        taken = {name: read_value(self.rows[name], value) for name, value in changes.items() if name in self.rows}
+        return Settings({**self._values, **taken}, self.rows)
+
+
+def of_rclpy(name: str) -> bool:
+    """Whether rclpy itself declares the parameter."""
+    return name in _DECLARED_BY_RCLPY or name.startswith('qos_overrides.')
+
+
+def read_rows(overrides: Mapping[str, object], rows: Mapping[str, Operating], owner: str) -> Settings:
+    """The values of one table, as far as they are the node's. Raises BadInput as ``read``."""
+    for name, value in overrides.items():
+        if name not in rows:
+            raise BadInput(f"unknown parameter '{name}'{nearest(name, rows)}")
+        read_value(rows[name], value)
+    mine = {name: row for name, row in rows.items() if owner in row.owners}
+    return Settings({name: read_value(row, overrides.get(name, row.default)) for name, row in mine.items()}, rows)
 
 
 def read(overrides: Mapping[str, object], owner: str) -> Settings:
@@ -172,7 +191,7 @@ def read(overrides: Mapping[str, object], owner: str) -> Settings:
     for name, value in overrides.items():
         if name in KNOWN:
             taken[name] = read_value(KNOWN[name], value)  # the other node's too: a mistake is one wherever it stands
-        elif name not in ('effects', *_DECLARED_BY_RCLPY) and not name.startswith('qos_overrides.'):
+        elif name != 'effects' and not of_rclpy(name):
             raise BadInput(f"unknown parameter '{name}'{nearest(name, ('effects', *KNOWN))}")
     effects = read_effects(overrides.get('effects'))
     values: dict[str, Value] = {'effects': effects}
@@ -181,55 +200,3 @@ def read(overrides: Mapping[str, object], owner: str) -> Settings:
         if owner in row.owners and (not of_an_effect or effect in effects):
             values[name] = taken.get(name, values[row.same_as] if row.same_as else row.default)
     return Settings(values)
-
-
-def declare(node: Node, owner: str, check: Callable[[Settings], None], apply: Callable[[Settings], None]) -> Settings:
-    """Declare a node's parameters, and say in the log which values are in force.
-
-    Args:
-        node: the node, without parameters of its own.
-        owner: its name in the tables.
-        check: raises BadInput against values that do not go together; also asked before a later change.
-        apply: takes over values that were changed later.
-
-    Raises:
-        BadInput: as ``read``, or from ``check``.
-    """
-    # What came by file and command line; rclpy has no public way to list what has not been declared.
-    overrides = {name: given.value for name, given in node._parameter_overrides.items()}
-    settings = read(overrides, owner)
-    check(settings)
-    effects = ParameterDescriptor(
-        name='effects', description="physics beside the paper's model: " + ', '.join(EFFECTS), read_only=True
-    )
-    node.declare_parameter('effects', list(settings['effects']) or [''], effects, ignore_override=True)
-    for name, value in settings.items():
-        if name != 'effects':
-            node.declare_parameter(name, value, descriptor(KNOWN[name]), ignore_override=True)
-
-    in_force = [settings]
-
-    def changed(parameters: list[RosParameter]) -> Settings:
-        return in_force[0].changed({parameter.name: parameter.value for parameter in parameters})
-
-    def may_be_set(parameters: list[RosParameter]) -> SetParametersResult:
-        try:
-            check(changed(parameters))
-        except BadInput as problem:
-            return SetParametersResult(successful=False, reason=str(problem))
-        return SetParametersResult(successful=True)
-
-    def was_set(parameters: list[RosParameter]) -> None:
-        in_force[0] = changed(parameters)
-        apply(in_force[0])
-
-    node.add_on_set_parameters_callback(may_be_set)
-    node.add_post_set_parameters_callback(was_set)
-    node.get_logger().info('parameters: ' + ', '.join(f'{name}={_plain(value)}' for name, value in settings.items()))
-    return settings
-
-
-def _plain(value: object) -> str:
-    if isinstance(value, tuple):
-        return '[' + ', '.join(value) + ']'
-    return f'{value:g}' if isinstance(value, float) else str(value)

@@ -1,11 +1,14 @@
-"""What both nodes are made of: parameters, the safety machine, a tick at a fixed rate, services and diagnostics."""
+"""What both nodes are made of: muscles with their safety machines, a tick at a fixed rate, services and diagnostics."""
 
 import threading
 import time
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Any, Generic, TypeVar
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -13,37 +16,59 @@ from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from std_srvs.srv import SetBool, Trigger
 
-from tcp_muscle_ros.control.safety import Limits, Report, Safety, State, celsius
-from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, declare
-from tcp_muscle_ros.nodes.ticks import BACKLOG, RosTime, SteadyTime, TickLoop, TimeBase
+from tcp_muscle_ros.control.safety import Report
+from tcp_muscle_ros.nodes.declaring import declare
+from tcp_muscle_ros.nodes.parameters import Settings
+from tcp_muscle_ros.nodes.plan import Plan
+from tcp_muscle_ros.nodes.safe_muscle import STATE_QOS, SafeMuscle
+from tcp_muscle_ros.nodes.ticks import RosTime, SteadyTime, TickLoop, TimeBase
 
-STATE_QOS = QoSProfile(depth=BACKLOG)  # reliable, keep last
-COMMAND_QOS = QoSProfile(depth=1)  # reliable, keep last: only the newest command counts
-_QUIET = (State.ENABLED, State.DISABLED)
+M = TypeVar('M', bound=SafeMuscle)
 
 
-class SafeNode(Node):
-    """A node that decides a current once a tick and may never leave one on.
+class _Polled(CallbackGroup):  # type: ignore[misc]
+    """Subscriptions that the executor leaves alone: the ticks look for their messages themselves.
 
-    A subclass says what it needs (``check``, ``limits_of``, ``apply``), does its work in ``work`` once a tick, forgets
-    what it knows in ``forget`` and turns the current off in ``publish_zero``. Callbacks of the executor's thread and
-    ``work`` exclude each other by ``lock``.
+    An executor takes 10 us an entity each time that anything wakes it: with the inputs of 16 muscles, more than all
+    the rest of a tick. To look into an empty queue takes less than 1 us.
+    """
+
+    def can_execute(self, entity: object) -> bool:
+        return False
+
+    def beginning_execution(self, entity: object) -> bool:
+        return False
+
+    def ending_execution(self, entity: object) -> None:
+        pass
+
+
+class SafeNode(Node, Generic[M]):  # type: ignore[misc]
+    """A node that decides one current a muscle once a tick and may never leave one on.
+
+    A subclass makes its muscles (``make_muscle``), checks values (``check``) and does its work in ``work`` once a tick.
+    Callbacks of the executor's thread and ``work`` exclude each other by ``lock``.
+
+    One muscle hears its inputs as they come; several have theirs looked at once a tick, before ``work``.
     """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.lock = threading.RLock()
-        self.settings: Settings = declare(self, name, self.check, self._set)
-        self.rate = float(self.settings['rate_hz'])
+        self._polled = _Polled()
+        self._polls: list[tuple[Callable[..., Any], type, Callable[[Any], None]]] = []
+        self.plan: Plan = declare(self, name, self.check, self._set)
+        self.common = next(iter(self.plan.muscles.values()))  # any muscle's values: for those that are the node's
+        self.rate = float(self.common['rate_hz'])
         self.period = 1.0 / self.rate
-        self.safety = Safety(self.limits_of(self.settings), enabled=self.settings['start_enabled'])
-        self.refused_inputs: Counter[str] = Counter()
         self.time_base = self.make_time_base()
         self.loop: TickLoop | None = None
+        self.by_name: dict[str, M] = {
+            muscle: self.make_muscle(muscle, settings) for muscle, settings in self.plan.muscles.items()
+        }
+        self.muscles: list[M] = list(self.by_name.values())
 
-        self._told = self.safety.state
-        self._changes: deque[Report] = deque(maxlen=20)
-        self._counted = self.safety.report()
+        self._changes: deque[tuple[M, Report]] = deque(maxlen=20 * len(self.muscles))
         self._missed, self._jumps = 0, 0
         self._clock_then = -1
         self._started = time.monotonic()
@@ -51,44 +76,27 @@ class SafeNode(Node):
         self._change = self.create_guard_condition(self._tell_changes)
         # On the steady clock: it must also speak while /clock is silent.
         self.create_timer(1.0, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self.create_service(SetBool, '~/enable', self._enable)
-        self.create_service(Trigger, '~/reset', self._reset)
-        self.create_service(Trigger, '~/clear_fault', self._clear_fault)
+        self._serve('~', self.muscles, self.forget)
+        if self.plan.many:
+            for muscle in self.muscles:
+                self._serve(f'~/{muscle.name}', [muscle], partial(self._forget_one, muscle))
 
     # What a subclass brings
 
     def check(self, settings: Settings) -> None:
-        """Raise BadInput against values that do not go together."""
-        self.limits_of(settings)
-        settings.muscle()
-
-    def limits_of(self, settings: Settings) -> Limits:
-        """The safety limits that the values describe."""
+        """Raise BadInput against a muscle's values that do not go together."""
         raise NotImplementedError
 
-    def apply(self, settings: Settings) -> None:
-        """Take over values that were set while running."""
+    def make_muscle(self, name: str, settings: Settings) -> M:
+        """What the node keeps of a muscle."""
         raise NotImplementedError
+
+    def apply_joint(self, name: str, settings: Settings) -> None:
+        """Take over values of a joint that were set while running."""
 
     def work(self, stamp: int, dt: float, now: float, publish: bool) -> None:
         """One tick: stamp in ns, dt in s since the last, ``now`` in s of steady time."""
         raise NotImplementedError
-
-    def forget(self) -> str:
-        """~/reset: begin anew; returns what was done."""
-        raise NotImplementedError
-
-    def publish_zero(self) -> Sequence[Publisher]:
-        """Publish 0 A; returns the publishers."""
-        raise NotImplementedError
-
-    def worries(self) -> Iterable[str]:
-        """What an operator should look at, beside safety."""
-        return ()
-
-    def facts(self) -> Mapping[str, str]:
-        """More values for the diagnostics."""
-        return {}
 
     def make_time_base(self) -> TimeBase:
         """The clock that the ticks keep to."""
@@ -96,12 +104,21 @@ class SafeNode(Node):
             return RosTime(self.get_clock())
         return SteadyTime(self.get_clock())
 
+    def forget(self) -> str:
+        """~/reset: every muscle begins anew; returns what was done."""
+        done = [(muscle.said, muscle.forget()) for muscle in self.muscles]
+        said = {what for _, what in done}
+        return said.pop() if len(said) == 1 else '; '.join(name + what for name, what in done)
+
+    def _forget_one(self, muscle: M) -> str:
+        return muscle.said + muscle.forget()
+
     # Life (see lifetime.py)
 
     def start(self, on_failure: Callable[[], None]) -> None:
         """Begin to tick."""
         self.loop = TickLoop(
-            self.time_base, self.rate, self._tick, longest_step=self.settings.longest_step, on_failure=on_failure
+            self.time_base, self.rate, self._tick, longest_step=self.common.longest_step, on_failure=on_failure
         )
         self.loop.start()
 
@@ -110,157 +127,131 @@ class SafeNode(Node):
         if self.loop is not None:
             self.loop.stop()
         with self.lock:
-            self.safety.disable()
-            return self.publish_zero()
+            for muscle in self.muscles:
+                muscle.safety.disable()
+            return [publisher for muscle in self.muscles for publisher in muscle.publish_zero()]
 
     @property
     def failure(self) -> BaseException | None:
         """What ended the ticks, if anything did."""
         return None if self.loop is None else self.loop.failure
 
-    # Help for a subclass
-
-    def accept(self, name: str, value: float, like: str) -> bool:
-        """Whether an input is within the bounds of the parameter ``like``; if not, it is counted and logged."""
-        row = KNOWN[like]
-        return self.within(name, value, row.low, row.high, row.unit)
-
-    def within(self, name: str, value: float, low: float, high: float, unit: str) -> bool:
-        """Whether an input is a number within the bounds; if not, it is counted and logged."""
-        if low <= value <= high:  # False for NaN
-            return True
-        self.refused_inputs[name] += 1
-        self.get_logger().warning(
-            f'{name} of {value:g} refused; expected {low:g} to {high:g} {unit}', throttle_duration_sec=5.0
-        )
-        return False
+    def listen(self, kind: type, topic: str, take: Callable[[Any], None], qos: QoSProfile) -> None:
+        """Have the messages of a topic taken: as they come, or with several muscles at the next tick."""
+        if self.plan.many:
+            subscription = self.create_subscription(kind, topic, take, qos, callback_group=self._polled)
+            self._polls.append((subscription.handle.take_message, kind, take))
+        else:
+            self.create_subscription(kind, topic, take, qos)
 
     def _tick(self, stamp: int, dt: float, publish: bool) -> None:
         with self.lock:
+            for poll, kind, take in self._polls:
+                while (got := poll(kind, False)) is not None:
+                    take(got[0])
             self.work(stamp, dt, time.monotonic(), publish)
-            self._notice_change()
+            self._notice_changes()
 
-    def _notice_change(self) -> None:
-        if self.safety.state is not self._told:
-            self._told = self.safety.state
-            self._changes.append(self.safety.report())
+    def _notice_changes(self) -> None:
+        noticed = False
+        for muscle in self.muscles:
+            report = muscle.changed_state()
+            if report is not None:
+                self._changes.append((muscle, report))
+                noticed = True
+        if noticed:
             self._change.trigger()
 
     def _watch_clock(self) -> None:
         """Where /clock has stood still since the last look, no tick will turn the current off: do it here."""
         now = self.time_base.now()
-        if isinstance(self.time_base, RosTime) and now == self._clock_then and self.safety.state.lets_flow:
-            self.safety.pause('/clock stands still')
-            self.publish_zero()
-            self._notice_change()
+        if isinstance(self.time_base, RosTime) and now == self._clock_then:
+            for muscle in self.muscles:
+                if muscle.safety.state.lets_flow:
+                    muscle.safety.pause('/clock stands still')
+                    muscle.publish_zero()
+            self._notice_changes()
         self._clock_then = now
 
-    def _set(self, settings: Settings) -> None:
+    def _set(self, name: str, settings: Settings) -> None:
         with self.lock:
-            self.settings = settings
-            self.safety.limits = self.limits_of(settings)
-            self.apply(settings)
+            if name in self.by_name:
+                self.by_name[name].change(settings)
+            else:
+                self.apply_joint(name, settings)
 
     # Services
 
-    def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        with self.lock:
-            if request.data:
-                refused = self.safety.enable()
-                response.success, response.message = not refused, refused or 'enabled'
-            else:
-                self.safety.disable()
-                self.publish_zero()
-                response.success, response.message = True, 'disabled, 0 A'
-        return response
+    def _serve(self, prefix: str, muscles: Sequence[M], forget: Callable[[], str]) -> None:
+        """The three services, for one muscle or for all."""
 
-    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        with self.lock:
-            response.success, response.message = True, self.forget()
-        self.get_logger().info(response.message)
-        return response
+        def each(work: Callable[[M], str]) -> str:
+            with self.lock:
+                refused = [muscle.said + why for muscle in muscles if (why := work(muscle))]
+            return '; '.join(refused)
 
-    def _clear_fault(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        with self.lock:
-            refused = self.safety.clear_fault()
-        response.success, response.message = not refused, refused or 'no fault'
-        return response
+        def enable(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+            refused = each(lambda muscle: muscle.enable(request.data))
+            response.success = not refused
+            response.message = refused or ('enabled' if request.data else 'disabled, 0 A')
+            return response
+
+        def reset(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            with self.lock:
+                response.success, response.message = True, forget()
+            self.get_logger().info(response.message)
+            return response
+
+        def clear_fault(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            refused = each(lambda muscle: muscle.safety.clear_fault())
+            response.success, response.message = not refused, refused or 'no fault'
+            return response
+
+        self.create_service(SetBool, f'{prefix}/enable', enable)
+        self.create_service(Trigger, f'{prefix}/reset', reset)
+        self.create_service(Trigger, f'{prefix}/clear_fault', clear_fault)
 
     # Diagnostics
 
     def _tell_changes(self) -> None:
+        changed = []
         while self._changes:
-            report = self._changes.popleft()
-            self._log(report)
-            self._publish_diagnostics(report)
-
-    def _log(self, report: Report) -> None:
-        log = self.get_logger()
-        if report.state is State.FAULT:
-            log.error(f'fault latched, 0 A: {report.why}; when its cause is gone, command 0 and call ~/clear_fault')
-        elif report.state is State.TIMED_OUT:
-            log.warning(f'0 A: {report.why}')
-        elif report.state is State.DERATING:
-            assert report.temperature is not None
-            log.warning(
-                f'derating at {celsius(report.temperature)}: limit {report.limit:.3f} A', throttle_duration_sec=10.0
-            )
-        else:
-            log.info(f'{report.state.value}')
+            muscle, report = self._changes.popleft()
+            muscle.tell(report)
+            changed.append((muscle, report))
+            if not self.plan.many:
+                self._publish_diagnostics(changed)
+                changed = []
+        if changed:
+            self._publish_diagnostics(changed)
 
     def _look_after(self) -> None:
         """Once a second: diagnostics, and a line of log for what was counted meanwhile."""
         log = self.get_logger()
         with self.lock:
             self._watch_clock()
-            report = self.safety.report()
-        if report.rejected > self._counted.rejected:
-            log.warning(f'{report.rejected - self._counted.rejected} refused: {report.last_rejected}')
+            reports = [(muscle, muscle.safety.report()) for muscle in self.muscles]
+        for muscle, report in reports:
+            muscle.tell_refused(report)
         jumps = 0 if self.loop is None else self.loop.jumps
         if jumps > self._jumps:
             log.warning('the clock jumped: the step was skipped')
         if self.loop is not None and self.loop.waiting_for_clock and time.monotonic() - self._started > 5.0:
             log.warning('use_sim_time is true, but no /clock has come', throttle_duration_sec=10.0)
-        self._publish_diagnostics(report)
-        self._counted, self._jumps = report, jumps
+        self._publish_diagnostics(reports)
+        self._jumps = jumps
         self._missed = 0 if self.loop is None else self.loop.missed
 
-    def _publish_diagnostics(self, report: Report) -> None:
-        worries = list(self.worries())
-        missed = 0 if self.loop is None else self.loop.missed
-        if missed - self._missed > 0.01 * self.rate:
-            worries.append('more than 1 % of the ticks missed')
-        message = ', '.join(filter(None, (report.state.value, report.why, *worries)))
-        if report.state is State.FAULT:
-            level = DiagnosticStatus.ERROR
-        elif worries or report.state not in _QUIET:
-            level = DiagnosticStatus.WARN
-        else:
-            level = DiagnosticStatus.OK
+    def _publish_diagnostics(self, reports: Iterable[tuple[M, Report]]) -> None:
+        loop = self.loop
+        missed = 0 if loop is None else loop.missed
+        worries = ['more than 1 % of the ticks missed'] if missed - self._missed > 0.01 * self.rate else []
         facts = {
-            'state': report.state.value,
-            'current_a': f'{report.current:.6g}',
-            'current_limit_a': f'{report.limit:.6g}',
-            'limited_by': ', '.join(report.limited_by) or 'nothing',
-            'hottest_c': 'unknown' if report.temperature is None else celsius(report.temperature),
-            'command_age_s': 'none yet' if report.command_age is None else f'{report.command_age:.3f}',
-            'rejected_commands': str(report.rejected),
-            'refused_inputs': ', '.join(f'{name} {count}' for name, count in self.refused_inputs.items()) or 'none',
-            'command_timeouts': str(report.timeouts),
-            'skipped_steps': str(report.skipped),
-            'ticks': str(0 if self.loop is None else self.loop.ticks),
+            'ticks': str(0 if loop is None else loop.ticks),
             'missed_ticks': str(missed),
-            'unpublished_ticks': str(0 if self.loop is None else self.loop.unpublished),
-            'clock_jumps': str(0 if self.loop is None else self.loop.jumps),
-            **self.facts(),
+            'unpublished_ticks': str(0 if loop is None else loop.unpublished),
+            'clock_jumps': str(0 if loop is None else loop.jumps),
         }
-        status = DiagnosticStatus(
-            level=level,
-            name=self.get_fully_qualified_name(),
-            message=message,
-            hardware_id=self.settings['joint_name'],
-            values=[KeyValue(key=key, value=value) for key, value in facts.items()],
-        )
-        array = DiagnosticArray(status=[status])
+        array = DiagnosticArray(status=[muscle.status(report, worries, facts) for muscle, report in reports])
         array.header.stamp = Time(nanoseconds=max(self.time_base.now(), 0)).to_msg()
         self._diagnostics.publish(array)

@@ -180,6 +180,9 @@ def test_disable_and_reset(bench, pair):
     assert {message.data for message in pair.command.since(enabled)} == {0.0}, 'no setpoint, no current'
     pair.setpoint.publish(Float64(data=0.01))
     bench.until(lambda: pair.command.last.data > 0.0, 'it does not work again')
+    assert pair.call(Trigger, 'reset').success
+    bench.until(lambda: pair.command.last.data == 0.0, 'after a reset the last current flows on')
+    assert pair.facts()['setpoint_m'] == 'none'
 
 
 def test_resistance_alone_closes_the_loop_and_a_probe_wakes_a_rig_that_shows_none_without_current(bench, diagnostics):

@@ -1,0 +1,309 @@
+"""One controlled muscle: the tracking controller behind its topics, for the simulated muscle or a real one."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from rclpy.publisher import Publisher
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+from tcp_muscle_ros.control.inverse import Inverse
+from tcp_muscle_ros.control.safety import FeedbackWatch, Limits, State, celsius
+from tcp_muscle_ros.control.tracking import Command, TrackingController
+from tcp_muscle_ros.muscle import ZERO_CELSIUS
+from tcp_muscle_ros.nodes.parameters import Settings
+from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS, SafeMuscle
+
+if TYPE_CHECKING:
+    from tcp_muscle_ros.nodes.controller_node import ControllerNode
+
+# Steps of a sensor that is not said to have any: movement below five of them proves nothing.
+_FINE = {'displacement': 2e-5, 'resistance': 2e-3}  # m, ohm: 20 um of movement, or what it changes the resistance by
+_UNIT = {'displacement': 'm', 'resistance': 'ohm'}
+_HOTTEST_READING = 1000.0  # degC; more is a broken thermometer rather than a hot muscle
+
+
+def make_controller(settings: Settings) -> TrackingController:
+    """The controller that the parameters describe.
+
+    Raises:
+        BadInput: values that make no muscle or no controller.
+    """
+    return TrackingController(
+        settings.muscle(),
+        1.0 / settings['rate_hz'],
+        settings['current_limit_a'],
+        settings['load_n'],
+        settings.kelvin('ambient_temperature_c'),
+        mode=settings['mode'],
+        temperature_limit=settings.kelvin('derate_temperature_c'),
+        time_constant=settings['time_constant_s'],
+        probe_current=settings['probe_current_a'] if settings['feedback'] == 'resistance' else 0.0,
+        pid_kp=settings['pid_kp_a_per_m'],
+        pid_ki=settings['pid_ki_a_per_m_s'],
+        pid_kd=settings['pid_kd_a_s_per_m'],
+        pid_filter_time=settings['pid_filter_time_s'],
+    )
+
+
+class Latest:
+    """The last good value of a topic, and when it came (steady time, s)."""
+
+    def __init__(self) -> None:
+        self.value: float | None = None
+        self.came = 0.0
+
+    def take(self, value: float) -> None:
+        """A message."""
+        self.value, self.came = value, time.monotonic()
+
+    def fresh(self, now: float, age: float) -> float | None:
+        """The value, unless it is older than ``age`` s."""
+        return self.value if now - self.came <= age else None
+
+
+class ControlledMuscle(SafeMuscle):
+    """Once a tick: is the feedback alive, which current, may it flow.
+
+    The last setpoint is held for as long as no other comes: a muscle that lets go because a commander fell silent may
+    drop what it holds. Without live feedback the current is 0 (or ``probe_current_a``) and what the controller had
+    learnt is forgotten; it begins again where the muscle then is.
+
+    ``on_joint``: a joint says how long it is and how warm it is to be, and its load is the tension that it shows.
+    """
+
+    node: ControllerNode
+
+    def __init__(self, node: ControllerNode, name: str, settings: Settings, on_joint: bool) -> None:
+        super().__init__(node, name, settings)
+        self.on_joint = on_joint
+        self._feedback: str = 'displacement' if on_joint else settings['feedback']
+        self._setpoint: float | None = None  # m
+        self._measured_anew = False
+        self._ambient: float | None = None  # K
+        self._load: float | None = None  # N
+        self._temperature, self._current, self._tension = Latest(), Latest(), Latest()
+        self.partner_stopped = ''  # why the other muscle of the joint pulls no more
+        self._command: Command | None = None
+        self._lost = 'no feedback yet'
+        self._controller = make_controller(settings)
+        self._watch = FeedbackWatch('angle' if on_joint else self._feedback, 0.0, 0.0)
+        self._apply_watch()
+
+        self._current_command = self.publisher(Float64, 'current_command', COMMAND_QOS)
+        self._shaped = self.publisher(Float64, 'shaped_setpoint')
+        if on_joint:
+            self.listen(Float64, 'force', self._take_force, STATE_QOS)
+        else:
+            self.listen(Float64, 'displacement_setpoint', self.take_setpoint)
+            self.listen(Float64, self._feedback, self._take_feedback, STATE_QOS)
+            self.listen(Float64, 'load', self._take_load)
+        self.listen(Float64, 'current', self._take_current, STATE_QOS)
+        self.listen(Temperature, 'temperature', self._take_temperature, STATE_QOS)
+        self.listen(Temperature, 'ambient_temperature', self._take_ambient)
+
+    # Parameters
+
+    def limits_of(self, settings: Settings) -> Limits:
+        """The safety limits. The node commands itself every tick: there is no commander to watch."""
+        return settings.limits(command_timeout=0.0)
+
+    def apply(self, settings: Settings) -> None:
+        """A new controller; it begins where the muscle is."""
+        self._begin_anew()
+        self._apply_watch()
+        self.node.renew(self)
+
+    def _apply_watch(self) -> None:
+        settings = self.settings
+        quantum = settings[f'{self._feedback}_quantum_{_UNIT[self._feedback]}']
+        self._watch.timeout = settings['feedback_timeout_s'] or max(3.0 * self.node.period, 0.2)
+        self._watch.quantum = max(quantum, _FINE[self._feedback])
+        self._model = settings.muscle()
+        self._inverse = Inverse(self._model, settings['load_n'])
+
+    # What comes in
+
+    def take_setpoint(self, message: Float64) -> None:
+        """Where it is to be, m."""
+        # Nothing moves by more than its own fibre: a larger number is a wrong unit.
+        if self.within('displacement_setpoint', message.data, -self._model['L0'], self._model['L0'], 'm'):
+            self._setpoint = message.data
+
+    def _take_feedback(self, message: Float64) -> None:
+        self.take_measurement(message.data)
+
+    def take_measurement(self, value: float) -> None:
+        """What it measures, m or ohm."""
+        with self.node.lock:
+            if self._watch.receive(value, time.monotonic()):
+                self._measured_anew = True
+            else:
+                self.refused_inputs[self._watch.name] += 1
+
+    def _take_force(self, message: Float64) -> None:
+        if self.accept('force', message.data, like='load_n'):
+            self._tension.take(message.data)
+            self._load = message.data
+
+    def _take_current(self, message: Float64) -> None:
+        if self.accept('current', message.data, like='current_limit_a'):
+            self._current.take(message.data)
+
+    def _take_temperature(self, message: Temperature) -> None:
+        if self.within('temperature', message.temperature, -ZERO_CELSIUS, _HOTTEST_READING, 'degC'):
+            self._temperature.take(message.temperature + ZERO_CELSIUS)
+
+    def _take_load(self, message: Float64) -> None:
+        if self.accept('load', message.data, like='load_n'):
+            self._load = message.data
+
+    def _take_ambient(self, message: Temperature) -> None:
+        if self.accept('ambient_temperature', message.temperature, like='ambient_temperature_c'):
+            self._ambient = message.temperature + ZERO_CELSIUS
+
+    # What a joint asks and says
+
+    def tension(self, now: float) -> float | None:
+        """N, measured; None where it is not known."""
+        return self._tension.fresh(now, self._watch.timeout)
+
+    @property
+    def ambient(self) -> float:
+        """K."""
+        return self.settings.kelvin('ambient_temperature_c') if self._ambient is None else self._ambient
+
+    @property
+    def silent(self) -> bool:
+        """Whether its feedback was lost at the last tick."""
+        return bool(self._lost)
+
+    @property
+    def stopped(self) -> str:
+        """Why it cannot pull until somebody does something about it; '' where it can."""
+        state = self.safety.state
+        return f'{self.name} is stopped: {state.value}' if state in (State.FAULT, State.DISABLED) else ''
+
+    def aim(self, temperature: float) -> None:
+        """Be so warm (K) under the tension that it has: as a displacement, which is what the controller takes."""
+        if self._load is not None:
+            self._setpoint = self._inverse.displacement(temperature, self._load)
+
+    def forget(self) -> str:
+        """~/reset: no setpoint and no current, nothing learnt."""
+        self._setpoint = None
+        self.safety.command(0.0, time.monotonic())
+        self._begin_anew()
+        return 'reset: waiting for a setpoint'
+
+    def _begin_anew(self) -> None:
+        self._controller = make_controller(self.settings)
+        self._command = None
+        self._watch.expect_anew()
+
+    # One tick
+
+    def work(self, dt: float, now: float, publish: bool) -> None:
+        """Ask the controller, then the safety machine, and publish what remains."""
+        temperature = self._temperature.fresh(now, self._watch.timeout)
+        lost, self._lost = self._lost, self._problem(now)
+        if lost and not self._lost:
+            self._begin_anew()  # nobody saw what the muscle did meanwhile
+        if self._setpoint is not None and self._watch.value is not None:
+            self._command = self._controller.update(
+                self._setpoint,
+                temperature=temperature,
+                load=self._load,
+                ambient=self._ambient,
+                applied_current=self._flowing(now),
+                **self._measurement(),
+            )
+            if self._lost or not self.safety.state.lets_flow:
+                self._controller.reset()
+            self.safety.command(self.settings['probe_current_a'] if self._lost else self._command.current, now)
+        elif self._probes():
+            self.safety.command(self.settings['probe_current_a'], now)
+        model = None if self._command is None else self._command.predicted_temperature
+        silent = '' if self._setpoint is None or self._probes() else self._lost
+        current = self.safety.update(now, dt, temperatures=(temperature, model), silent=silent)
+        if publish:
+            self._publish(current)
+
+    def _problem(self, now: float) -> str:
+        """Why nothing may be built on the feedback; '' where it is alive."""
+        if not self.on_joint:
+            return self._watch.problem(now, self._expected_feedback())
+        # Two muscles may warm and the angle stand still: that it does not move says nothing.
+        silent = self._watch.problem(now, None) or self.partner_stopped
+        if not silent and self.tension(now) is None:
+            return f'no force for {self._watch.timeout:g} s'
+        return silent
+
+    def _measurement(self) -> dict[str, float]:
+        # The model controller fills the gaps between samples itself; a PID holds the last one.
+        new, self._measured_anew = self._measured_anew, False
+        if self._lost or self._watch.value is None or not (new or self.settings['mode'] == 'pid'):
+            return {}
+        return {self._feedback: self._watch.value}
+
+    def _flowing(self, now: float) -> float:
+        measured = self._current.fresh(now, self._watch.timeout)
+        return self.safety.current if measured is None else measured
+
+    def _expected_feedback(self) -> float | None:
+        if self._command is None:
+            return None
+        if self._feedback == 'displacement':
+            return self._command.expected_displacement
+        return self._command.expected_resistance
+
+    def _probes(self) -> bool:
+        return (
+            bool(self._lost)
+            and self._setpoint is not None
+            and self._feedback == 'resistance'
+            and self.settings['probe_current_a'] > 0.0
+        )
+
+    def _publish(self, current: float) -> None:
+        publisher, message = self._current_command
+        message.data = float(current)
+        publisher.publish(message)
+        if self._command is not None:
+            publisher, message = self._shaped
+            message.data = float(self._command.shaped_setpoint)
+            publisher.publish(message)
+
+    def publish_zero(self) -> Sequence[Publisher]:
+        """Command 0 A."""
+        publisher, message = self._current_command
+        message.data = 0.0
+        publisher.publish(message)
+        return [publisher]
+
+    # Diagnostics
+
+    def worries(self) -> Iterable[str]:
+        """What keeps it from working, beside safety."""
+        if self._probes():
+            yield f'{self._lost}, probing'
+        elif self._lost and self._setpoint is None:
+            yield self._lost
+        if self._setpoint is None:
+            yield 'no setpoint yet'
+
+    def facts(self) -> Mapping[str, str]:
+        """What is wanted, measured and believed."""
+        command, measured = self._command, self._watch.value
+        return {
+            'mode': self.settings['mode'],
+            'feedback': self._feedback,
+            'setpoint_m': 'none' if self._setpoint is None else f'{self._setpoint:.6g}',
+            'shaped_setpoint_m': 'none' if command is None else f'{command.shaped_setpoint:.6g}',
+            f'{self._feedback}_{_UNIT[self._feedback]}': 'none' if measured is None else f'{measured:.6g}',
+            'predicted_displacement_m': 'none' if command is None else f'{command.predicted_displacement:.6g}',
+            'predicted_temperature_c': 'none' if command is None else celsius(command.predicted_temperature),
+        }

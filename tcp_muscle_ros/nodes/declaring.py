@@ -1,0 +1,103 @@
+"""A plan's values as ROS parameters: declared, logged, and changed while the node runs."""
+
+from collections.abc import Callable, Iterable
+
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, descriptor
+from tcp_muscle_ros.nodes.plan import Plan, naming, read_plan
+from tcp_muscle_ros.operating import JOINTS, MUSCLES
+
+_EFFECTS = "physics beside the paper's model: " + ', '.join(EFFECTS)
+
+
+def declare(node: Node, owner: str, check: Callable[[Settings], None], apply: Callable[[str, Settings], None]) -> Plan:
+    """Declare a node's parameters, and say in the log which values are in force.
+
+    Of several muscles each has its parameters under its name (``thumb.hA``); what holds for the node stands without.
+
+    Args:
+        node: the node, without parameters of its own.
+        owner: its name in the tables.
+        check: raises BadInput against a muscle's values that do not go together; also asked before a later change.
+        apply: takes over values of a muscle or joint, by its name, that were changed later.
+
+    Raises:
+        BadInput: as ``read_plan``, or from ``check``.
+    """
+    # What came by file and command line; rclpy has no public way to list what has not been declared.
+    plan = read_plan({name: given.value for name, given in node._parameter_overrides.items()}, owner)
+    for name, settings in plan.muscles.items():
+        with naming(name):
+            check(settings)
+    for name, listed in ((MUSCLES, plan.muscles), (JOINTS, plan.joints)):
+        names = ParameterDescriptor(name=name, description=f'{name} of this node, by name', read_only=True)
+        node.declare_parameter(name, list(listed) or [''], names, ignore_override=True)
+    if plan.many:
+        _declare(node, '', plan.shared, [name for name in plan.shared if name in KNOWN and KNOWN[name].per_node])
+    in_force = {**plan.muscles, **plan.joints}
+    for name, settings in in_force.items():
+        _declare(node, f'{name}.' if name else '', settings, settings)
+    _say(node, plan)
+
+    def changed(parameters: list[RosParameter]) -> dict[str, Settings]:
+        new: dict[str, dict[str, object]] = {}
+        for parameter in parameters:
+            name, _, rest = parameter.name.partition('.') if plan.many else ('', '', parameter.name)
+            new.setdefault(name, {})[rest] = parameter.value
+        return {name: in_force[name].changed(values) for name, values in new.items() if name in in_force}
+
+    def may_be_set(parameters: list[RosParameter]) -> SetParametersResult:
+        try:
+            for name, settings in changed(parameters).items():
+                if name in plan.muscles:
+                    with naming(name):
+                        check(settings)
+        except BadInput as problem:
+            return SetParametersResult(successful=False, reason=str(problem))
+        return SetParametersResult(successful=True)
+
+    def was_set(parameters: list[RosParameter]) -> None:
+        for name, settings in changed(parameters).items():
+            in_force[name] = settings
+            apply(name, settings)
+
+    node.add_on_set_parameters_callback(may_be_set)
+    node.add_post_set_parameters_callback(was_set)
+    return plan
+
+
+def _declare(node: Node, prefix: str, settings: Settings, names: Iterable[str]) -> None:
+    for name in names:
+        if name == 'effects':
+            effects = ParameterDescriptor(name=f'{prefix}effects', description=_EFFECTS, read_only=True)
+            node.declare_parameter(f'{prefix}effects', list(settings[name]) or [''], effects, ignore_override=True)
+        elif not (prefix and name in KNOWN and KNOWN[name].per_node):
+            described = descriptor(settings.rows[name])
+            described.name = prefix + name
+            node.declare_parameter(prefix + name, settings[name], described, ignore_override=True)
+
+
+def _say(node: Node, plan: Plan) -> None:
+    say = node.get_logger().info
+    say('parameters: ' + _listed(plan.shared, plan.shared))
+    if plan.many:
+        for name, settings in plan.muscles.items():
+            own = [key for key, value in settings.items() if key not in plan.shared or value != plan.shared[key]]
+            say(f'{name}: ' + _listed(settings, own))
+    for name, settings in plan.joints.items():
+        say(f'{name}: ' + _listed(settings, settings))
+
+
+def _listed(settings: Settings, names: Iterable[str]) -> str:
+    return ', '.join(f'{name}={_plain(settings[name])}' for name in names)
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, tuple):
+        return '[' + ', '.join(value) + ']'
+    return f'{value:g}' if isinstance(value, float) else str(value)

@@ -1,0 +1,174 @@
+"""One muscle of a node: its values, its safety machine, its topics, and what diagnostics say of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+
+from tcp_muscle_ros.control.safety import Limits, Report, Safety, State, celsius
+from tcp_muscle_ros.nodes.parameters import KNOWN, Settings
+from tcp_muscle_ros.nodes.ticks import BACKLOG
+
+if TYPE_CHECKING:
+    from tcp_muscle_ros.nodes.safe_node import SafeNode
+
+STATE_QOS = QoSProfile(depth=BACKLOG)  # reliable, keep last
+COMMAND_QOS = QoSProfile(depth=1)  # reliable, keep last: only the newest command counts
+_QUIET = (State.ENABLED, State.DISABLED)
+
+
+class SafeMuscle:
+    """What a node knows of one muscle. A subclass says what it needs and does with it.
+
+    ``name`` is '' where the node has one muscle; else its topics stand below its name.
+    """
+
+    def __init__(self, node: SafeNode, name: str, settings: Settings) -> None:
+        self.node, self.name, self.settings = node, name, settings
+        self.safety = Safety(self.limits_of(settings), enabled=settings['start_enabled'])
+        self.refused_inputs: Counter[str] = Counter()
+        self.said = f'{name}: ' if name else ''  # before what the log says of it
+        self._told = self.safety.state
+        self._counted = 0
+
+    # What a subclass brings
+
+    def limits_of(self, settings: Settings) -> Limits:
+        """The safety limits that the values describe."""
+        raise NotImplementedError
+
+    def apply(self, settings: Settings) -> None:
+        """Take over values that were set while running; they are in ``settings`` already."""
+        raise NotImplementedError
+
+    def forget(self) -> str:
+        """~/reset: begin anew; returns what was done."""
+        raise NotImplementedError
+
+    def publish_zero(self) -> Sequence[Publisher]:
+        """Publish 0 A; returns the publishers."""
+        raise NotImplementedError
+
+    def worries(self) -> Iterable[str]:
+        """What an operator should look at, beside safety."""
+        return ()
+
+    def facts(self) -> Mapping[str, str]:
+        """More values for the diagnostics."""
+        return {}
+
+    # Topics
+
+    def topic(self, name: str) -> str:
+        """A topic of this muscle, relative to the node's namespace."""
+        return f'{self.name}/{name}' if self.name else name
+
+    def publisher(self, kind: type, name: str, qos: QoSProfile = STATE_QOS) -> tuple[Publisher, Any]:
+        """A publisher, and the one message that it sends over and over."""
+        return self.node.create_publisher(kind, self.topic(name), qos), kind()
+
+    def listen(self, kind: type, name: str, take: Callable[[Any], None], qos: QoSProfile = COMMAND_QOS) -> None:
+        """Have the messages of a topic taken."""
+        self.node.listen(kind, self.topic(name), take, qos)
+
+    def accept(self, name: str, value: float, like: str) -> bool:
+        """Whether an input is within the bounds of the parameter ``like``; if not, it is counted and logged."""
+        row = KNOWN[like]
+        return self.within(name, value, row.low, row.high, row.unit)
+
+    def within(self, name: str, value: float, low: float, high: float, unit: str) -> bool:
+        """Whether an input is a number within the bounds; if not, it is counted and logged."""
+        if low <= value <= high:  # False for NaN
+            return True
+        self.refused_inputs[name] += 1
+        self.node.get_logger().warning(
+            f'{self.said}{name} of {value:g} refused; expected {low:g} to {high:g} {unit}', throttle_duration_sec=5.0
+        )
+        return False
+
+    # State
+
+    def change(self, settings: Settings) -> None:
+        """Take over values that were set while running."""
+        self.settings = settings
+        self.safety.limits = self.limits_of(settings)
+        self.apply(settings)
+
+    def changed_state(self) -> Report | None:
+        """A report if the safety machine is in another state than when last asked."""
+        if self.safety.state is self._told:
+            return None
+        self._told = self.safety.state
+        return self.safety.report()
+
+    def enable(self, on: bool) -> str:
+        """Let current flow or not; returns '' or why it was refused."""
+        if on:
+            return self.safety.enable()
+        self.safety.disable()
+        self.publish_zero()
+        return ''
+
+    def tell(self, report: Report) -> None:
+        """Log a state that it has come into."""
+        log = self.node.get_logger()
+        if report.state is State.FAULT:
+            log.error(
+                f'{self.said}fault latched, 0 A: {report.why}; when its cause is gone, command 0 and call ~/clear_fault'
+            )
+        elif report.state is State.TIMED_OUT:
+            log.warning(f'{self.said}0 A: {report.why}')
+        elif report.state is State.DERATING:
+            assert report.temperature is not None
+            log.warning(
+                f'{self.said}derating at {celsius(report.temperature)}: limit {report.limit:.3f} A',
+                throttle_duration_sec=10.0,
+            )
+        else:
+            log.info(f'{self.said}{report.state.value}')
+
+    def tell_refused(self, report: Report) -> None:
+        """Log how many commands were refused since last asked."""
+        if report.rejected > self._counted:
+            self.node.get_logger().warning(
+                f'{self.said}{report.rejected - self._counted} refused: {report.last_rejected}'
+            )
+        self._counted = report.rejected
+
+    def status(self, report: Report, node_worries: Iterable[str], node_facts: Mapping[str, str]) -> DiagnosticStatus:
+        """What /diagnostics says of it."""
+        worries = [*self.worries(), *node_worries]
+        if report.state is State.FAULT:
+            level = DiagnosticStatus.ERROR
+        elif worries or report.state not in _QUIET:
+            level = DiagnosticStatus.WARN
+        else:
+            level = DiagnosticStatus.OK
+        refused = self.refused_inputs
+        facts = {
+            'state': report.state.value,
+            'current_a': f'{report.current:.6g}',
+            'current_limit_a': f'{report.limit:.6g}',
+            'limited_by': ', '.join(report.limited_by) or 'nothing',
+            'hottest_c': 'unknown' if report.temperature is None else celsius(report.temperature),
+            'command_age_s': 'none yet' if report.command_age is None else f'{report.command_age:.3f}',
+            'rejected_commands': str(report.rejected),
+            'refused_inputs': ', '.join(f'{name} {count}' for name, count in refused.items()) or 'none',
+            'command_timeouts': str(report.timeouts),
+            'skipped_steps': str(report.skipped),
+            **node_facts,
+            **self.facts(),
+        }
+        node = self.node.get_fully_qualified_name()
+        return DiagnosticStatus(
+            level=level,
+            name=f'{node}/{self.name}' if self.name else node,
+            message=', '.join(filter(None, (report.state.value, report.why, *worries))),
+            hardware_id=self.settings['joint_name'],
+            values=[KeyValue(key=key, value=value) for key, value in facts.items()],
+        )
