@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import yaml
-from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.recording.recording import CHANNELS, Recording
+from tcp_muscle_ros.recording.cdr import Bytes, Index
+from tcp_muscle_ros.recording.mcap_writer import Batch, McapWriter
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Recording
 from tcp_muscle_ros.recording.units import UNITS
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 VERSION = 9  # of rosbag2's metadata.yaml; the one of ROS 2 Jazzy
 KNOWN = 'tcp_muscle_known'  # the key of custom_data that holds what is known of the run, as JSON
 _FLUSH_S = 0.5
-_CHUNK_BYTES = 1 << 20
 
 # Topics are offered as the nodes offer them: reliable, keep last 10. rosbag2's own `play` takes its QoS from here.
 _UNLIMITED = {'sec': 9223372036, 'nsec': 854775807}
@@ -67,8 +67,7 @@ class BagWriter:
             self._file = (self.path / f'{self.path.name}_0.mcap').open('xb')
         except OSError as error:
             raise BadInput(f'{path}: cannot write there ({error.strerror})') from None
-        self._mcap = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.NONE)
-        self._mcap.start(profile='ros2', library='tcp_muscle_ros')
+        self._mcap = McapWriter(self._file, profile='ros2', library='tcp_muscle_ros')
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._types: dict[str, str] = {}
@@ -93,8 +92,8 @@ class BagWriter:
             )
         if message_type not in self._schemas:
             definition, _ = self.typestore.generate_msgdef(message_type, ros_version=2)
-            self._schemas[message_type] = self._mcap.register_schema(message_type, 'ros2msg', definition.encode())
-        self._channels[topic] = self._mcap.register_channel(
+            self._schemas[message_type] = self._mcap.add_schema(message_type, 'ros2msg', definition.encode())
+        self._channels[topic] = self._mcap.add_channel(
             topic,
             'cdr',
             self._schemas[message_type],
@@ -113,20 +112,35 @@ class BagWriter:
 
     def write_serialized(self, topic: str, payload: bytes, log_time_ns: int) -> None:
         """Write one message that is CDR already."""
-        self._mcap.add_message(self._channels[topic], log_time_ns, payload, log_time_ns, self.counts[topic])
-        self.counts[topic] += 1
-        self._first_ns = log_time_ns if self._first_ns is None else min(self._first_ns, log_time_ns)
-        self._last_ns = max(self._last_ns, log_time_ns)
+        self._mcap.write(self._channels[topic], self.counts[topic], log_time_ns, payload)
+        self._count(topic, 1, log_time_ns, log_time_ns)
         if time.monotonic() - self._flushed >= _FLUSH_S:
             self.flush()
+
+    def write_many(self, messages: Mapping[str, tuple[Index, Bytes]]) -> None:
+        """Write whole topics at once, in the order of their log times.
+
+        ``messages`` has by topic log times (int64[n], ns) and as many messages that are CDR already and equally long
+        (uint8[n, size]).
+        """
+        batches = []
+        for topic, (log_time_ns, payload) in messages.items():
+            batches.append(Batch(self._channels[topic], self.counts[topic], log_time_ns, payload))
+            if len(log_time_ns):
+                self._count(topic, len(log_time_ns), int(log_time_ns.min()), int(log_time_ns.max()))
+        self._mcap.write_batches(batches)
+
+    def _count(self, topic: str, more: int, first_ns: int, last_ns: int) -> None:
+        self.counts[topic] += more
+        self._first_ns = first_ns if self._first_ns is None else min(self._first_ns, first_ns)
+        self._last_ns = max(self._last_ns, last_ns)
 
     def flush(self) -> None:
         """Hand everything to the operating system: from here on a kill -9 does not lose it.
 
         Writing does this by itself; call it on a timer where messages may stop coming.
         """
-        self._mcap.flush()  # type: ignore[no-untyped-call]
-        self._file.flush()
+        self._mcap.flush()
         self._flushed = time.monotonic()
 
     def close(self) -> None:
@@ -135,7 +149,7 @@ class BagWriter:
             return
         self._closed = True
         self._mcap.add_metadata('rosbag2', {'serialized_metadata': yaml.safe_dump(self._metadata(), sort_keys=False)})
-        self._mcap.finish()  # type: ignore[no-untyped-call]
+        self._mcap.finish()
         self._file.close()
         self._write_metadata()
 
@@ -209,7 +223,7 @@ def write_recordings(path: str | Path, recordings: Mapping[str, Recording]) -> N
     """Several Recordings in one bag, each under the namespace that is its key; otherwise as `write_recording`."""
     known = next(iter(recordings.values())).known
     with BagWriter(path, known=known) as writer:
-        times, payloads, topics = [], [], []
+        messages = {}
         for namespace, recording in recordings.items():
             prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
             for channel in recording.channels.values():
@@ -218,26 +232,23 @@ def write_recordings(path: str | Path, recordings: Mapping[str, Recording]) -> N
                 writer.add_topic(topic, kind.message_type)
                 time_ns = recording.start_ns + np.round(channel.time * 1e9).astype(np.int64)
                 value = UNITS[kind.unit].from_si(channel.value)
-                times.append(time_ns)
-                payloads += _temperature_cdr(time_ns, value) if kind.stamped else _float64_cdr(value)
-                topics += [topic] * len(channel)
-        if times:
-            time_ns = np.concatenate(times)
-            for k in np.argsort(time_ns, kind='stable').tolist():
-                writer.write_serialized(topics[k], payloads[k], int(time_ns[k]))
+                messages[topic] = time_ns, _temperature_cdr(time_ns, value) if kind.stamped else _float64_cdr(value)
+        writer.write_many(messages)
 
 
-_LITTLE_ENDIAN = b'\x00\x01\x00\x00'
+_LITTLE_ENDIAN = np.void(b'\x00\x01\x00\x00')
 
 
-def _float64_cdr(value: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[bytes]:
-    return [_LITTLE_ENDIAN + number.tobytes() for number in value.astype('<f8')]
+def _float64_cdr(value: Array) -> Bytes:
+    """uint8[n, 12]: std_msgs/Float64."""
+    rows = np.empty(len(value), dtype=[('order', 'V4'), ('data', '<f8')])
+    rows['order'] = _LITTLE_ENDIAN
+    rows['data'] = value
+    return rows.view(np.uint8).reshape(len(value), rows.itemsize)
 
 
-def _temperature_cdr(
-    time_ns: np.ndarray[tuple[int, ...], np.dtype[np.int64]], value: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-) -> list[bytes]:
-    """header {stamp, frame_id ''}, temperature, variance 0."""
+def _temperature_cdr(time_ns: Index, value: Array) -> Bytes:
+    """uint8[n, 36]: header {stamp, frame_id ''}, temperature, variance 0."""
     rows = np.zeros(
         len(value),
         dtype=np.dtype({
@@ -247,8 +258,8 @@ def _temperature_cdr(
             'itemsize': 36,
         }),
     )  # fmt: skip
-    rows['order'] = np.void(_LITTLE_ENDIAN)
+    rows['order'] = _LITTLE_ENDIAN
     rows['sec'], rows['nanosec'] = np.divmod(time_ns, 1_000_000_000)
     rows['frame_length'] = 1
     rows['temperature'] = value
-    return [row.tobytes() for row in rows]
+    return rows.view(np.uint8).reshape(len(value), rows.itemsize)

@@ -9,12 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp_muscle_ros.recording.recording import CHANNELS, Array, Recording
+from tcp_muscle_ros.recording.plausibility import drive_of, held, unit_sentence
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
+from tcp_muscle_ros.recording.units import UNITS
 
 
 class Issue(NamedTuple):
-    """One finding. kind: gap, jitter, duplicate, backwards, stuck, not_finite, saturation, quantisation, unit, short.
+    """One finding.
 
+    kind      gap, pause, jitter, duplicate, backwards, stuck, not_finite, saturation, quantisation, unit, short
     interval  s from the recording's start, from where to where it was seen
     """
 
@@ -30,35 +33,70 @@ _JITTER = 0.25  # of the period: the spread (10 % to 90 %) of the intervals
 _STUCK_S = 1.0  # s, and
 _STUCK_SAMPLES = 20  # samples of one value
 _SATURATED = 0.05  # share of all samples at the very top or bottom
+_STEPPED = 0.01  # of the samples are steps
 _COARSE = 1.0 / 50.0  # quantisation step as a share of the range
-
-# SI values that a muscle's channel has on a bench; far outside, the unit is the first suspect: (low, high).
-_PLAUSIBLE = {
-    'current': (-5.0, 5.0),
-    'power': (-1.0, 100.0),
-    'voltage': (-60.0, 60.0),
-    'load': (0.0, 200.0),
-    'ambient': (250.0, 330.0),
-    'temperature': (250.0, 500.0),
-    'resistance': (0.05, 10e3),
-    'displacement': (-0.5, 0.5),
-    'displacement_setpoint': (-0.5, 0.5),
-    'force': (-50.0, 200.0),
-}
 
 
 def check(recording: Recording) -> list[Issue]:
-    """All findings of all channels, in the order of the channels and then of time."""
-    issues = []
+    """All findings of all channels, in the order of the channels and then of time.
+
+    A gap that several channels share is told once, with the first of them; a resistance is not missed where no current
+    flowed.
+    """
+    issues: list[Issue] = []
     for channel in recording.channels.values():
         found = check_samples(channel.name, channel.time, channel.value)
+        if channel.name == 'resistance':
+            found = _without_pauses(channel.time, channel.value, found, drive_of(recording))
         issues += sorted(found, key=lambda issue: issue.interval)
-    return issues
+    return _shared_gaps(issues)
+
+
+def _without_pauses(time: Array, value: Array, found: list[Issue], drive: Channel | None) -> list[Issue]:
+    """The findings of a resistance with all the gaps in which no current flowed as one."""
+    if drive is None or not any(issue.kind == 'gap' for issue in found):
+        return found
+    step = np.diff(time)
+    least = 0.05 * float(np.max(np.abs(drive.value)))
+    middle = 0.5 * (time[1:] + time[:-1])
+    pauses = (step > _GAP * float(np.median(step))) & (np.abs(held(drive, middle)) <= least)
+    if not pauses.any():
+        return found
+    # Judged as if the pauses had not been: the instants before and after belong together.
+    shift = np.append(0.0, np.cumsum(np.where(pauses, step - np.median(step), 0.0)))
+    kept = [issue for issue in found if issue.kind != 'gap']
+    for issue in check_samples('resistance', time - shift, value):
+        if issue.kind == 'gap':
+            start = float(np.interp(issue.interval[0], time - shift, time))
+            length = issue.interval[1] - issue.interval[0]
+            told = f'resistance: no sample for {length:.3g} s from {start:.3f} s, though current flowed'
+            kept.append(Issue('resistance', 'gap', (start, start + length), told))
+    first, last = np.flatnonzero(pauses)[[0, -1]]
+    told = f'resistance: read under current only; nothing in {np.count_nonzero(pauses)} pause(s)'
+    return [*kept, Issue('resistance', 'pause', (float(time[first]), float(time[last + 1])), told)]
+
+
+def _shared_gaps(issues: list[Issue]) -> list[Issue]:
+    """One finding where several channels have the same gap, to within the longest of their periods."""
+    told: list[Issue] = []
+    for issue in issues:
+        for k, other in enumerate(told):
+            lasts = issue.interval[1] - issue.interval[0]
+            apart = max(abs(a - b) for a, b in zip(issue.interval, other.interval, strict=True))
+            if issue.kind == other.kind == 'gap' and apart < 0.2 * lasts and issue.channel != other.channel:
+                names, _, rest = other.sentence.partition(': ')
+                told[k] = other._replace(sentence=f'{names}, {issue.channel}: {rest}')
+                break
+        else:
+            told.append(issue)
+    return told
 
 
 def check_samples(name: str, time: Array, value: Array) -> list[Issue]:
     """All findings of one channel; `time` (s) and `value` (SI) float64[n], in the order recorded, of any quality."""
     if len(time) < 2:
+        if len(time) == 1 and CHANNELS[name].role != 'output':
+            return []  # an input that was said once holds
         at = float(time[0]) if len(time) else 0.0
         return [Issue(name, 'short', (at, at), f'{name} has {len(time)} sample(s)')]
     issues = [*_order(name, time), *_finiteness(name, time, value)]
@@ -144,7 +182,7 @@ def _rhythm(name: str, time: Array) -> Iterator[Issue]:
         )
 
 
-def _runs(same: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def runs(same: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Stretches of equal samples as (first, last), from which neighbours are the same."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], same, [False])).astype(np.int8)))
     return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
@@ -152,8 +190,8 @@ def _runs(same: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 def _stuck(name: str, time: Array, value: Array) -> Iterator[Issue]:
     """A value that stays bit for bit the same although the channel is noisy, or was moving just before."""
-    noisy = _is_noisy(value)
-    for first, last in _runs(np.diff(value) == 0):
+    noisy = is_noisy(value)
+    for first, last in runs(np.diff(value) == 0):
         long_enough = last - first >= _STUCK_SAMPLES and time[last] - time[first] >= _STUCK_S
         if long_enough and (noisy or _moving_before(value, first)) and value[first] not in (value.min(), value.max()):
             start, end = float(time[first]), float(time[last])
@@ -161,11 +199,17 @@ def _stuck(name: str, time: Array, value: Array) -> Iterator[Issue]:
                 name,
                 'stuck',
                 (start, end),
-                f'{name}: the same value {value[first]:.6g} for {end - start:.3g} s from {start:.3f} s',
+                f'{name}: the same value {_told(name, value[first])} for {end - start:.3g} s from {start:.3f} s',
             )
 
 
-def _is_noisy(value: Array) -> bool:
+def _told(name: str, value: float) -> str:
+    """An SI value as people read it."""
+    unit = UNITS[CHANNELS[name].unit]
+    return f'{unit.from_si(float(value)):.6g} {unit.name}'
+
+
+def is_noisy(value: Array) -> bool:
     """Do most steps change direction? Then even a resting muscle shows ever new values."""
     step = np.diff(value)
     step = step[step != 0]
@@ -185,14 +229,14 @@ def _saturation(name: str, time: Array, value: Array) -> Iterator[Issue]:
     """The very top or bottom, run into at speed and kept: a sensor at its limit, not a muscle at rest."""
     for extreme, side in ((float(value.max()), 'top'), (float(value.min()), 'bottom')):
         at = value == extreme
-        stretches = [run for run in _runs(at[1:] & at[:-1]) if run[1] - run[0] >= _STUCK_SAMPLES]
-        hit = [run for run in stretches if _moving_before(value, run[0]) or (_is_noisy(value) and run[0] > 0)]
+        stretches = [run for run in runs(at[1:] & at[:-1]) if run[1] - run[0] >= _STUCK_SAMPLES]
+        hit = [run for run in stretches if _moving_before(value, run[0]) or (is_noisy(value) and run[0] > 0)]
         if hit and np.mean(at) >= _SATURATED:
             yield Issue(
                 name,
                 'saturation',
                 (float(time[hit[0][0]]), float(time[hit[-1][1]])),
-                f'{name}: {np.mean(at):.0%} of all values sit at its {side}, {extreme:.6g}: '
+                f'{name}: {100 * np.mean(at):.0f} % of all values sit at its {side}, {_told(name, extreme)}: '
                 'a sensor or rig at its limit, or stuck?',
             )
 
@@ -210,6 +254,8 @@ def quantum(value: Array) -> float:
 def _quantisation(name: str, time: Array, value: Array) -> Iterator[Issue]:
     span = float(value.max() - value.min())
     step = quantum(value)
+    if name == 'force' and np.count_nonzero(np.diff(value)) < _STEPPED * len(value):
+        return  # weights put on and taken off
     if span > 0 and len(value) >= 100 and step > _COARSE * span:
         yield Issue(
             name,
@@ -220,17 +266,6 @@ def _quantisation(name: str, time: Array, value: Array) -> Iterator[Issue]:
 
 
 def _unit(name: str, time: Array, value: Array) -> Iterator[Issue]:
-    if name not in _PLAUSIBLE:
-        return
-    low, high = _PLAUSIBLE[name]
-    outside = (value < low) | (value > high)
-    if np.mean(outside) > 0.5:
-        middle = float(np.median(value[outside]))
-        unit = CHANNELS[name].unit
-        shown = middle - 273.15 if unit == 'degC' else middle
-        yield Issue(
-            name,
-            'unit',
-            (float(time[0]), float(time[-1])),
-            f'{name} is about {shown:.4g} {unit}: is it recorded in another unit? Say which with --unit {name}=...',
-        )
+    told = unit_sentence(name, value)
+    if told:
+        yield Issue(name, 'unit', (float(time[0]), float(time[-1])), told)

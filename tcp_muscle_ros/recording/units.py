@@ -1,7 +1,7 @@
 """Named units to SI and back: one table."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -74,7 +74,13 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
 
 
 def unit_of(name: object, quantity: str, where: str) -> Unit:
-    """The unit `name`, which must measure `quantity`. BadInput, begun with `where`, names the nearest valid one."""
+    """The unit `name`, which must measure `quantity`. BadInput, begun with `where`, names the nearest valid one.
+
+    A minus before it turns the sign: ``-mm`` of a displacement that was recorded as a length.
+    """
+    if isinstance(name, str) and name.startswith('-') and quantity not in ('temperature', 'time'):
+        unit = unit_of(name[1:], quantity, where)
+        return replace(unit, name=name, scale=-unit.scale)
     fitting = [unit.name for unit in UNITS.values() if unit.quantity == quantity]
     known = UNITS.get(name) if isinstance(name, str) else None
     if known is None:

@@ -109,6 +109,41 @@ def test_messages_given_as_objects_and_as_bytes_are_the_same(tmp_path):
     assert read_bag(tmp_path / 'bag')['temperature'].value.tolist() == [294.15, 295.15]
 
 
+def test_whole_topics_at_once_make_the_same_bag_as_message_by_message(tmp_path):
+    rng = np.random.default_rng(5)
+    topics = {}
+    for name, n, size in (('/a', 30_000, 12), ('/b', 9_000, 36), ('/c', 0, 12), ('/d', 1, 12)):
+        log_time = START + np.sort(rng.integers(0, 10**9, n))
+        payload = rng.integers(0, 256, (n, size), dtype=np.uint8)
+        payload[:, :4] = (0, 1, 0, 0)
+        topics[name] = log_time, payload
+    types = {12: 'std_msgs/msg/Float64', 36: 'sensor_msgs/msg/Temperature'}
+    for name in ('at_once', 'one_by_one'):
+        with BagWriter(tmp_path / name) as writer:
+            for topic, (_, payload) in topics.items():
+                writer.add_topic(topic, types[payload.shape[1]])
+            writer.write_serialized('/d', bytes(12), START + 5)  # before, and in the same chunk
+            if name == 'at_once':
+                writer.write_many(topics)
+            else:
+                rows = [(t, topic, row) for topic, group in topics.items() for t, row in zip(*group, strict=True)]
+                for log_time, topic, row in sorted(rows, key=lambda row: row[0]):
+                    writer.write_serialized(topic, row.tobytes(), int(log_time))
+    found = {}
+    for name in ('at_once', 'one_by_one'):
+        with AnyReader([tmp_path / name], default_typestore=get_typestore(Stores.EMPTY)) as reader:
+            found[name] = [(c.topic, log_time, bytes(raw)) for c, log_time, raw in reader.messages()]
+        with (tmp_path / name / f'{name}_0.mcap').open('rb') as file:
+            reader = make_reader(file, validate_crcs=True)
+            found[name].append([(message.sequence, message.channel_id) for _, _, message in reader.iter_messages()])
+            statistics = reader.get_summary().statistics
+            assert statistics.chunk_count > 1
+            found[name].append((statistics.message_count, statistics.message_start_time, statistics.message_end_time))
+            found[name].append(statistics.channel_message_counts)
+    assert found['at_once'] == found['one_by_one']
+    assert found['at_once'][-2][0] == 39_002
+
+
 def test_nothing_is_overwritten(tmp_path):
     (tmp_path / 'there').mkdir()
     with pytest.raises(BadInput, match='exists already and is not overwritten'):

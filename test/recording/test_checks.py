@@ -84,7 +84,7 @@ def test_a_noiseless_sensor_that_stops_dead_while_moving_is_stuck():
 def test_a_sensor_at_its_limit():
     (issue,) = check_samples('temperature', TIME, np.minimum(temperature(), 340.0))
     assert issue.kind == 'saturation'
-    assert 'sit at its top, 340' in issue.sentence
+    assert 'sit at its top, 66.85 degC' in issue.sentence
     (issue,) = check_samples('displacement', TIME, np.maximum(-temperature(0.0), -340.0) * 1e-3)
     assert 'sit at its bottom' in issue.sentence
 
@@ -156,3 +156,40 @@ def test_what_is_known_of_the_real_rigs_is_found():
     assert all(not issues for name, issues in found.items() if name.startswith('force'))
     stroke = [issues for name, issues in found.items() if name.startswith('stroke')]
     assert set().union(*stroke) <= {'stuck', 'saturation'}
+
+
+def heated(*, resistance, missing=(0.0, 0.0)):
+    """30 s, heated half of the time in stretches of 5 s; no sample of any channel between ``missing``."""
+    on = TIME % 10.0 < 5.0
+    after, before = missing
+    there = ~((after <= TIME) & (before >= TIME))
+    flows = there & on & resistance(TIME)
+    return Recording(
+        'bag',
+        {
+            'current': Channel('current', TIME[there], 0.2 * on[there], 'current'),
+            'temperature': Channel('temperature', TIME[there], temperature()[there], 'temperature'),
+            'resistance': Channel('resistance', TIME[flows], 14.0 + 0.01 * np.sin(37.0 * TIME[flows]), 'resistance'),
+        },
+        0,
+    )
+
+
+def test_a_resistance_is_not_missed_where_no_current_flows():
+    (issue,) = check(heated(resistance=lambda t: t >= 0.0))
+    assert issue.kind == 'pause'
+    assert issue.sentence == 'resistance: read under current only; nothing in 2 pause(s)'
+
+
+def test_a_resistance_is_missed_where_current_flows():
+    pause, gap = check(heated(resistance=lambda t: (t < 11.0) | (t > 13.0)))
+    assert (pause.kind, gap.kind) == ('pause', 'gap')
+    assert gap.interval == pytest.approx((10.99, 13.01), abs=0.02)
+    assert 'no sample for 2.0' in gap.sentence
+    assert 'though current flowed' in gap.sentence
+
+
+def test_a_gap_that_all_channels_share_is_told_once():
+    gap, _ = check(heated(resistance=lambda t: t >= 0.0, missing=(11.0, 14.0)))
+    assert gap.kind == 'gap'
+    assert gap.sentence.startswith('current, temperature, resistance: no sample for 3.02 s from 10.990 s')
