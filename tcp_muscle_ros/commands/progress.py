@@ -18,10 +18,14 @@ class Progress:
     def beat(self) -> None:
         """One more step was done."""
         self._count += 1
+        self.tell(f'{self._count} runs of the model')
+
+    def tell(self, how_far: str) -> None:
+        """How far the work has come, in words."""
         now = time.monotonic()
         if now - self._start > _FIRST and now - self._shown > _BETWEEN:
             self._shown = now
-            self._say(f'{self._what}: {self._count} runs of the model, {now - self._start:.0f} s')
+            self._say(f'{self._what}: {how_far}, {now - self._start:.0f} s')
 
     def stage(self, what: str) -> None:
         """The work has come to its next part."""

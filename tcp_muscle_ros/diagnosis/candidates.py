@@ -22,7 +22,10 @@ NEVER_TESTABLE = {
     'measure with four wires, or two lengths'
 }
 _WORKERS = 2
-_MOST_VARIANTS = 5
+_MOST_VARIANTS = 6
+_BEGINS, _SPANS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88), (0.06, 0.2, 2.0)  # shares of a recording
+# The price of a parameter of an effect, in units of the misfit: a flexible rival must not win by flexibility.
+PER_PARAMETER = 2.0
 
 
 @dataclass(frozen=True)
@@ -30,25 +33,51 @@ class Candidate:
     """An effect at one set of its secondary parameters.
 
     ``gain``: expected drop of the misfit; ``signal``: norm of what remains of its direction at full plausible strength
-    once the unknowns have mimicked what they can, in units of the noise; ``values``: where a refit should start.
+    once the unknowns have mimicked what they can, in units of the noise; ``values``: where a refit should start;
+    ``own``: the same for each recording, where every recording has its own, else empty.
     """
 
     effect: str
     values: dict[str, float]
     gain: float
     signal: float
-    direction: Array
+    own: tuple[dict[str, float], ...] = ()
 
     @property
     def stage(self) -> str:
         """The stage that the effect belongs to."""
         return EFFECTS[self.effect].stage
 
+    @property
+    def worth(self) -> float:
+        """The gain less the price of its parameters."""
+        return self.gain - PER_PARAMETER * len(EFFECTS[self.effect].parameters) * max(len(self.own), 1)
 
-def with_effect(problem: Problem, effect: str, values: dict[str, float]) -> Problem:
-    """The problem with one more effect on, its parameters unknown and starting from ``values``."""
-    parameters = problem.parameters.with_effects(effect).replace(values)
-    added = effect_unknowns(effect, parameters)
+    def starts(self) -> 'list[Candidate]':
+        """Where a refit may start: as far as the linear approximation goes, and less far."""
+        definition = EFFECTS[self.effect]
+        key = f'{self.effect}.{definition.strength}'
+
+        def less(values: dict[str, float], share: float) -> dict[str, float]:
+            return {**values, key: definition.none + share * (values[key] - definition.none)}
+
+        return [
+            replace(self, values=less(self.values, share), own=tuple(less(own, share) for own in self.own))
+            for share in (1.0, 0.4, 0.1)
+        ]
+
+
+def with_effect(problem: Problem, candidate: Candidate) -> Problem:
+    """The problem with one more effect on, its parameters unknown and starting from the candidate's."""
+    parameters = problem.parameters.with_effects(candidate.effect).replace(candidate.values)
+    if candidate.own:
+        added = [
+            unknown
+            for k, values in enumerate(candidate.own)
+            for unknown in effect_unknowns(candidate.effect, parameters.replace(values), k)
+        ]
+    else:
+        added = effect_unknowns(candidate.effect, parameters)
     return replace(problem, parameters=parameters, unknowns=(*problem.unknowns, *added))
 
 
@@ -59,10 +88,16 @@ def without_effect(problem: Problem, effect: str) -> Problem:
     return replace(problem, parameters=problem.parameters.only_effects(effects), unknowns=kept)
 
 
-def variants(effect: str) -> list[dict[str, float]]:
-    """Sets of an effect's parameters to try: the usual one, then each secondary parameter low and high."""
+def variants(effect: str, duration: float) -> list[dict[str, float]]:
+    """Sets of an effect's parameters to try: the usual one, then each secondary parameter low and high.
+
+    Instants and spans are tried all over the recording, whose ``duration`` (s) is given.
+    """
     definition = EFFECTS[effect]
     usual = {f'{effect}.{row.name}': row.value for row in definition.parameters}
+    if definition.moments:
+        begin, span = (f'{effect}.{name}' for name in definition.moments)
+        return [{**usual, begin: at * duration, span: long * duration} for at in _BEGINS for long in _SPANS]
     found = [usual]
     for row in definition.parameters:
         if row.name == definition.strength:
@@ -95,8 +130,8 @@ class Screen:
         left = residual - orthonormal @ (orthonormal.T @ residual)
         return cls(fitted, fitted.residuals, orthonormal, left)
 
-    def direction(self, effect: str, values: dict[str, float]) -> Array | None:
-        """What switching the effect on adds to the predictions, whitened, what unknowns mimic taken out."""
+    def change(self, effect: str, values: dict[str, float]) -> list[Array] | None:
+        """What switching the effect on adds to the predictions of each recording, whitened."""
         problem = self.fit.problem
         changed = replace(problem, parameters=problem.parameters.with_effects(effect).replace(values))
         fitted = self.fit.values
@@ -104,30 +139,47 @@ class Screen:
             moved = [changed.residual(fitted, k) for k in range(len(problem.experiments))]
         except (ValueError, ArithmeticError):
             return None
-        change = np.concatenate([*self.base, np.zeros(self.fit.z.size)])
-        change -= np.concatenate([*moved, np.zeros(self.fit.z.size)])
-        if not np.all(np.isfinite(change)):
-            return None
-        return np.asarray(change - self.orthonormal @ (self.orthonormal.T @ change))
+        found = [before - after for before, after in zip(self.base, moved, strict=True)]
+        return found if all(np.all(np.isfinite(part)) for part in found) else None
 
-    def candidate(self, effect: str, values: dict[str, float]) -> Candidate | None:
-        """How much this effect with these parameters would improve the fit."""
-        direction = self.direction(effect, values)
-        if direction is None:
-            return None
+    def judge(self, effect: str, values: dict[str, float], change: list[Array]) -> Candidate:
+        """How much this effect, which changes the predictions so, would improve the fit."""
+        whole = np.concatenate([*change, np.zeros(self.fit.z.size)])
+        direction = whole - self.orthonormal @ (self.orthonormal.T @ whole)
         power = float(direction @ direction)
         definition = EFFECTS[effect]
         strength = next(row for row in definition.parameters if row.name == definition.strength)
         typical = values[f'{effect}.{strength.name}'] - definition.none
         if power < 1e-12 or typical == 0.0:
-            return Candidate(effect, values, 0.0, 0.0, direction)
+            return Candidate(effect, values, 0.0, 0.0)
         low, high = (strength.low - definition.none) / typical, (strength.high - definition.none) / typical
         amount = float(np.clip(float(direction @ self.left) / power, min(low, high), max(low, high)))
         gain = 2.0 * amount * float(direction @ self.left) - amount**2 * power
         start = dict(values)
         # A start at exactly nothing has no slope in the secondary parameters.
         start[f'{effect}.{strength.name}'] = definition.none + typical * (amount if abs(amount) > 0.05 else 0.05)
-        return Candidate(effect, start, max(gain, 0.0), float(np.sqrt(power)), direction)
+        return Candidate(effect, start, max(gain, 0.0), float(np.sqrt(power)))
+
+    def candidates(self, effect: str) -> list[Candidate]:
+        """The effect in each of its variants; a circumstance also with each recording's own best variant."""
+        experiments = self.fit.problem.experiments
+        tried = []
+        for values in variants(effect, max(e.duration for e in experiments)):
+            change = self.change(effect, values)
+            if change is not None:
+                tried.append((values, change))
+        found = [self.judge(effect, values, change) for values, change in tried]
+        if found and EFFECTS[effect].circumstance and len(experiments) > 1:
+            own = []
+            for k in range(len(experiments)):
+                alone = [
+                    self.judge(effect, values, [part * (j == k) for j, part in enumerate(change)])
+                    for values, change in tried
+                ]
+                own.append(max(alone, key=lambda c: c.gain))
+            gain, signal = sum(c.gain for c in own), float(np.sqrt(sum(c.signal**2 for c in own)))
+            found.append(Candidate(effect, own[0].values, gain, signal, tuple(c.values for c in own)))
+        return found
 
 
 def screen(
@@ -142,11 +194,10 @@ def screen(
     def best(effect: str) -> tuple[Candidate | None, float]:
         if progress:
             progress()
-        tried = [base.candidate(effect, values) for values in variants(effect)]
-        found = [c for c in tried if c is not None]
+        found = base.candidates(effect)
         if not found:
             return None, 0.0
-        return max(found, key=lambda c: c.gain), max(c.signal for c in found)
+        return max(found, key=lambda c: c.worth), max(c.signal for c in found)
 
     with ThreadPoolExecutor(_WORKERS) as pool:
         results = list(pool.map(best, effects))

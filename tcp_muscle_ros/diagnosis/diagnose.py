@@ -4,13 +4,13 @@ The steps are those of docs/diagnosis.md; each is a module of this room, this on
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, quick_noise, unit_of
 from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
-from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment
 from tcp_muscle_ros.diagnosis.findings import (
     Change,
     ChannelFit,
@@ -26,7 +26,7 @@ from tcp_muscle_ros.diagnosis.findings import (
     Value,
 )
 from tcp_muscle_ros.diagnosis.fitting import FLOATING_ZERO, Fit
-from tcp_muscle_ros.diagnosis.generic import Structure, drivers
+from tcp_muscle_ros.diagnosis.generic import drivers
 from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
 from tcp_muscle_ros.diagnosis.next_experiment import propose
 from tcp_muscle_ros.diagnosis.selection import AMBIGUOUS, THRESHOLD, Chosen, Selection, select
@@ -38,7 +38,10 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 LEAST_SIGNAL = 3.0
 # A generic misfit that keeps more than this share of what was there has not been explained by the named effects.
 STILL_UNEXPLAINED = 0.35
+_BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
 _LEAST_SAMPLES = 30
+_MATTERS = 0.02  # of what a parameter may differ by, a priori
+_FAR_OFF = 0.05  # of a channel's span
 _INERTIA_RATE = 15.0  # Hz: a hanging weight rings at 2 to 5 Hz
 
 
@@ -154,8 +157,9 @@ def candidates_for(experiments: Sequence[Experiment]) -> list[str]:
 
 
 def _rate(experiment: Experiment) -> float:
+    """How often the densest channel is seen where it is seen best, Hz (averages spare what follows a load step)."""
     densest = max(experiment.observed.values(), key=lambda o: o.time.size)
-    return 1.0 / max(float(np.median(np.diff(densest.time))), 1e-9) if densest.time.size > 1 else 0.0
+    return 1.0 / max(float(np.quantile(np.diff(densest.time), 0.05)), 1e-9) if densest.time.size > 1 else 0.0
 
 
 def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]:
@@ -193,7 +197,8 @@ def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
         row = SPECIFICATIONS[u.name]
         usual = float('nan') if EFFECTS[effect].strength == row.name else row.value
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
-        found[row.name] = Value(value, low, high, row.unit, usual, fixed, edge)
+        owner = '' if u.recording is None else f' [{u.recording + 1}]'
+        found[row.name + owner] = Value(value, low, high, row.unit, usual, fixed, edge)
     return found
 
 
@@ -250,34 +255,52 @@ def _fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
             calibrated.get(name, float('nan')),
             improved.get(name, float('nan')),
             selection.structure_after[name].noise.sigma,
-            True,
+            name in improved,
         )
         for name in nominal_rmse
     }
 
 
-def left_share(before: Structure, after: Structure) -> float:
-    """How much of one channel's structured misfit is still there, 0 to 1."""
-    had = float(np.mean(np.concatenate(before.fitted) ** 2))
-    has = float(np.mean(np.concatenate(after.fitted) ** 2))
-    return has / had if had > 0.0 else 0.0
-
-
 def _unexplained(selection: Selection) -> Unexplained | None:
     """What remains, if it is real and no trifle beside what was there."""
     after = selection.structure_after
-    channel = worst_channel(after)
-    if channel is None or not after[channel].confirmed:
+    had, has = _rmse(selection.calibrated), _rmse(selection.final)
+    left: dict[str, float] = {}
+    for name, s in after.items():
+        missed = has[name] ** 2 - s.noise.sigma**2
+        # Beyond the noise it is real even where no regularity predicts it; far beyond, even where none is found.
+        beyond = missed / s.noise.sigma**2
+        if (s.significant and (s.confirmed or beyond > _BEYOND)) or beyond > _FAR_BEYOND:
+            left[name] = missed / max(had[name] ** 2 - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
+    channel = max(left, key=lambda name: left[name], default=None)
+    if channel is None or left[channel] < STILL_UNEXPLAINED:
         return None
-    share = left_share(selection.structure_before[channel], after[channel]) if selection.chosen else 1.0
-    if share < STILL_UNEXPLAINED:
-        return None
+    share = left[channel]
     place = locate(selection.final, after, channel)
     driver = place.drivers[0]
     recording, start, end = place.intervals[0]
     return Unexplained(
         place.stage, channel, min(share, 1.0), driver.variable, driver.low, driver.high, (recording, start, end)
     )
+
+
+def _far_off(rmse: Mapping[str, float], experiments: Sequence[Experiment]) -> str | None:
+    """The channel that the model misses most, if by so much that nobody would call it agreement, whatever its noise."""
+    quick = quick_noise(experiments)
+    worst: tuple[float, str | None] = (_FAR_OFF, None)
+    for name, error in rmse.items():
+        span = max(float(np.ptp(e.observed[name].value)) for e in experiments if name in e.observed)
+        if error > 10.0 * quick[name].sigma and error > worst[0] * span:
+            worst = error / span, name
+    return worst[1]
+
+
+def _most_improved(selection: Selection) -> str | None:
+    """The channel of whose misfit the chosen effects take the largest share away; None where none were chosen."""
+    if not selection.chosen:
+        return None
+    had, has = _rmse(selection.calibrated), _rmse(selection.final)
+    return min(had, key=lambda name: has[name] / had[name])
 
 
 def _findings(selection: Selection, location: Location | None) -> tuple[Finding, ...]:
@@ -336,16 +359,17 @@ def _proposal(selection: Selection) -> Proposal | None:
 
 
 def _parameters_wrong(selection: Selection, nominal: Parameters) -> bool:
-    """Whether recalibration mattered: a parameter that the data fix lies outside its interval around nominal."""
+    """Whether recalibration mattered: the muscle's parameters lie outside what the data leave around nominal.
+
+    All together, for what the data fix may be a combination, such as C/hA, and none of its members.
+    """
     fitted = selection.calibrated
-    for k, u in enumerate(fitted.problem.unknowns):
-        if u.recording is not None or '.' in u.name:
-            continue
-        spread = float(np.sqrt(fitted.covariance[k, k]))
-        shift = abs(float(fitted.z[k]) - u.to_fit(nominal[u.name]))
-        if shift**2 > THRESHOLD * spread**2 and shift > 0.02 * max(u.prior_spread, 1e-9):
-            return True
-    return False
+    mine = [k for k, u in enumerate(fitted.problem.unknowns) if u.recording is None and '.' not in u.name]
+    unknowns = [fitted.problem.unknowns[k] for k in mine]
+    shift = np.array([float(fitted.z[k]) - u.to_fit(nominal[u.name]) for k, u in zip(mine, unknowns, strict=True)])
+    scale = np.array([max(u.prior_spread, 1e-9) for u in unknowns])
+    distance = shift @ np.linalg.pinv(fitted.covariance[np.ix_(mine, mine)], hermitian=True) @ shift
+    return bool(distance > THRESHOLD + len(mine) and np.max(np.abs(shift) / scale) > _MATTERS)
 
 
 def _verdict(findings: Sequence[Finding], unexplained: Unexplained | None, wrong: bool) -> str:
@@ -389,9 +413,13 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
 
 
 def improved_muscle(final: Fit) -> Parameters:
-    """The muscle with its calibrated parameters and physics; what belongs to the sensors stays in the report."""
+    """The muscle with its calibrated parameters and physics.
+
+    What belongs to the sensors stays in the report, and so do circumstances that differed from recording to recording.
+    """
     muscle = final.muscle
-    physics = [e for e in muscle.effects if EFFECTS[e].stage != 'sensor']
+    own = {u.name.split('.')[0] for u in final.problem.unknowns if '.' in u.name and u.recording is not None}
+    physics = [e for e in muscle.effects if EFFECTS[e].stage != 'sensor' and e not in own]
     return muscle.only_effects(physics)
 
 
@@ -399,7 +427,7 @@ def _conclude(selection: Selection, nominal: Parameters, seconds: dict[str, floa
     tried = candidates_for(selection.final.problem.experiments)
     unexplained = _unexplained(selection)
     before = selection.structure_before
-    channel = worst_channel(before)
+    channel = worst_channel(before) or _most_improved(selection)
     location = None
     if channel is not None:
         stage = EFFECTS[selection.chosen[0].effect].stage if selection.chosen else STAGE_OF[channel]
@@ -444,18 +472,21 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
             'no thermometer was recorded: the temperature is inferred from the input; hA, C and the stroke gain '
             'are known in combination only, and thermal and mechanical causes are hard to tell apart'
         )
-    if len(experiments) == 1:
-        found.append('a single recording: held out are stretches of it, no other condition')
+    if len(experiments) < 3:
+        few = 'a single recording: held out are stretches of it' if len(experiments) == 1 else ''
+        found.append(f'{few or "two recordings: held out are stretches of them"}, no other condition')
     if any(_closed_loop(e) for e in experiments):
         found.append(
-            'the drive follows the muscle (closed loop): the controller hides what it corrects, so that displacement '
-            'says little and effects show in the current; record open-loop steps to see them'
+            'the drive follows the muscle (closed loop): the controller hides in the current what it corrects in the '
+            'displacement, so that creep, hysteresis and a loss of stroke show little; record open-loop steps to see '
+            'them'
         )
     return tuple(found)
 
 
 def _closed_loop(experiment: Experiment) -> bool:
-    """A drive with many levels that changes at nearly every tick is a controller's."""
+    """A drive with many levels, where a setpoint was recorded or it changes at nearly every tick, is a controller's."""
     drive = experiment.imposed.drive
     changes = np.count_nonzero(np.diff(drive)) / max(drive.size - 1, 1)
-    return bool(changes > 0.3 and np.unique(np.round(drive, 6)).size > 50)
+    told = experiment.known.get(FOLLOWS_SETPOINT) is True
+    return bool((told or changes > 0.3) and np.unique(np.round(drive, 6)).size > 50)

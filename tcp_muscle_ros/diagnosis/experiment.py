@@ -6,7 +6,8 @@ straddle a change of the drive.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import overload
 
 import numpy as np
 
@@ -15,8 +16,12 @@ from tcp_muscle_ros.muscle import KINDS, Outputs, Parameters, simulate
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.recording import OUTPUTS, Channel, Recording
 
+FOLLOWS_SETPOINT = 'follows_setpoint'  # in Experiment.known: a setpoint of the displacement was recorded
 _SAME_INSTANT = 1e-6  # s: stamps closer than this are one
 _INTERPOLATED = 0.15  # s: a muscle's temperature bends by less than a hundredth of a kelvin in twice that
+_UNSURE = 1.6  # sampling periods either side of a step of the load
+_JUMP = 0.05  # of an input's span: more from one sample to the next is a step, not noise or a ramp
+_RINGING = 1.5  # s after a step of the load
 _LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
 
 
@@ -49,6 +54,11 @@ class Observed:
     time: Array
     value: Array
     count: Array
+
+    @property
+    def weight(self) -> Array:
+        """What one value weighs beside a usual one: means of fewer samples are noisier."""
+        return np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) if self.count.size else self.count
 
 
 @dataclass(frozen=True)
@@ -144,6 +154,8 @@ def prepare(
     still = _number(recording.known.get('ambient_c'), 273.15)
     if still is None:
         still = conditions.ambient if conditions.ambient is not None else nominal['T0']
+    drive = _coarsened(drive, most, 1.0 if kind == 'power' else 2.0)
+    load = _coarsened(load, most, 1.0)
     start = max(float(drive.time[0]), 0.0)
     end = max(float(channel.time[-1]) for channel in observed.values())
     blocks = {name: _blocks(channel, drive, load, most, start) for name, channel in observed.items()}
@@ -155,7 +167,10 @@ def prepare(
         np.maximum(_hold(load, grid), 0.0) if isinstance(load, Channel) else np.full(grid.size, load),
         _hold(ambient, grid) if ambient is not None and len(ambient) else np.full(grid.size, still),
     )
-    return Experiment(recording.path, imposed, holding, blocks, recording.known, tuple(notes))
+    known = dict(recording.known)
+    if len(recording.channels.get('displacement_setpoint', ())):
+        known[FOLLOWS_SETPOINT] = True
+    return Experiment(recording.path, imposed, holding, blocks, known, tuple(notes))
 
 
 def _drive(recording: Recording) -> tuple[str, Channel]:
@@ -199,7 +214,11 @@ def _holding(
     if constant is None:
         constant = conditions.load
     if 'load' in recording and len(recording['load']):
-        load = recording['load']
+        force = observed.get('force') if end == 'load' else None
+        if force is not None and _in_steps(force, recording['load']):
+            load = Channel('load', force.time, force.value, force.topic)  # stamped with its ticks, as a message is not
+        else:
+            load = _from_the_start(recording['load'], constant, force)
         used = 'force' if end == 'load' else None
     elif end == 'load' and 'force' in observed:
         load, used = observed['force'], 'force'  # the force at a loaded end is the load
@@ -209,10 +228,10 @@ def _holding(
         load = constant
     else:
         load = 0.0
-        notes.append('no load was recorded or stated: taken as 0 N')
+        notes.append('no load was recorded or stated: taken as 0 N; state load_n in --params')
     if end == 'blocked' and 'displacement' in observed:
         used = 'displacement'
-    first = float(np.median(load.value[:5])) if isinstance(load, Channel) else load
+    first = _first(load) if isinstance(load, Channel) else load
     rate = _number(known.get('spring_rate_n_per_m')) or conditions.spring_rate
     if end == 'spring' and not rate:
         rate = _spring_rate(observed, recording.path)
@@ -229,6 +248,26 @@ def _holding(
         load,
         used,
     )
+
+
+def _first(load: Channel) -> float:
+    """What pulls at the start: a measured force is noisy, a load is told as often as it changes."""
+    return float(np.median(load.value[:5])) if load.name == 'force' else float(load.value[0])
+
+
+def _in_steps(force: Channel, load: Channel) -> bool:
+    """Whether a force is the load itself, without noise: constant but for about as many steps as were told."""
+    return bool(np.count_nonzero(np.diff(force.value)) <= 2 * len(load))
+
+
+def _from_the_start(load: Channel, stated: float | None, force: Channel | None) -> Channel:
+    """The load with what pulled before it was first said: the stated load, else the force at the loaded end."""
+    first = float(load.time[0])
+    if stated is None and force is not None and np.any(force.time < first):
+        stated = float(np.median(force.value[force.time < first]))
+    if first <= 0.0 or stated is None:
+        return load
+    return Channel(load.name, np.append(0.0, load.time), np.append(max(stated, 0.0), load.value), load.topic)
 
 
 def _guess_end(observed: Mapping[str, Channel]) -> str:
@@ -292,6 +331,32 @@ def _grid(stamps: list[Array], drive: Channel, load: Channel | float, start: flo
     return np.ascontiguousarray(instants[keep])
 
 
+@overload
+def _coarsened(channel: Channel, most: int | None, power: float) -> Channel: ...
+
+
+@overload
+def _coarsened(channel: Channel | float, most: int | None, power: float) -> Channel | float: ...
+
+
+def _coarsened(channel: Channel | float, most: int | None, power: float) -> Channel | float:
+    """An input that changes at nearly every sample, held at its mean over blocks that end at its jumps.
+
+    ``power`` 2 keeps the mean square, by which currents and voltages heat.
+    """
+    if most is None or not isinstance(channel, Channel) or _changes(channel).size <= 2 * most:
+        return channel
+    jumps = np.abs(np.diff(channel.value)) > _JUMP * float(np.ptp(channel.value))
+    segment = np.concatenate([[0], np.cumsum(jumps)])
+    first = np.concatenate([[0], np.flatnonzero(jumps) + 1])
+    position = np.arange(segment.size) - first[segment]
+    begins = (position % int(np.ceil(segment.size / most))) == 0
+    label = np.cumsum(begins) - 1
+    count = np.bincount(label)
+    size = (np.bincount(label, np.abs(channel.value) ** power) / count) ** (1.0 / power)
+    return replace(channel, time=channel.time[begins], value=size * np.sign(np.bincount(label, channel.value)))
+
+
 def _edges(channel: Channel | float, samples: int) -> Array:
     """The changes of an input that are edges: none where it changes at nearly every tick."""
     changes = _changes(channel)
@@ -301,13 +366,14 @@ def _edges(channel: Channel | float, samples: int) -> Array:
 def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int | None, start: float) -> Observed:
     """The channel from ``start`` on, averaged in blocks where it has more than ``most`` samples.
 
-    A muscle answers a step of the load at once, and whether a sample with the step's own stamp was taken before or
-    after it no recording says: samples that close to a step of the load are left out.
+    A muscle answers a step of the load at once (its temperature may too), and whether the samples around its stamp were
+    taken before or after it no recording says (a message may reach the recorder before it reaches the rig): they are
+    left out. What follows within seconds, in which a hanging weight rings, is not averaged.
     """
     kept = channel.time >= start - _SAME_INSTANT
     steps = _edges(load, channel.time.size)
-    if steps.size and channel.time.size > 1 and channel.name in ('displacement', 'force'):
-        near = 0.6 * float(np.median(np.diff(channel.time)))
+    if steps.size and channel.time.size > 1:
+        near = _UNSURE * float(np.median(np.diff(channel.time)))
         at = np.searchsorted(steps, channel.time)
         before = np.abs(channel.time - steps[np.maximum(at - 1, 0)])
         after = np.abs(channel.time - steps[np.minimum(at, steps.size - 1)])
@@ -319,6 +385,8 @@ def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int |
     segment = np.searchsorted(np.union1d(_edges(drive, time.size), steps), time, side='right')
     first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
     position = np.arange(time.size) - np.repeat(first, np.diff(np.append(first, time.size)))
-    label = np.cumsum(np.concatenate([[0], (np.diff(segment) != 0) | (position[1:] % width == 0)]))
+    since = time - steps[np.maximum(np.searchsorted(steps, time, side='right') - 1, 0)] if steps.size else time + np.inf
+    ringing = (since >= 0.0) & (since < _RINGING)
+    label = np.cumsum(np.concatenate([[0], (np.diff(segment) != 0) | (position[1:] % width == 0) | ringing[1:]]))
     count = np.bincount(label).astype(float)
     return Observed(np.bincount(label, time) / count, np.bincount(label, value) / count, count)

@@ -89,13 +89,18 @@ class Finding:
 
 @dataclass(frozen=True)
 class ChannelFit:
-    """Root mean square errors of one channel over all recordings (SI); ``held_out``: improved is on unseen data."""
+    """Root mean square errors of one channel over all recordings (SI); ``held_out``: improved is on unseen data.
+
+    ``replayed``: what a replay of the improved muscle shows on the whole recordings, every sample, without what belongs
+    to their sensors and their start.
+    """
 
     nominal: float
     calibrated: float
     improved: float
     noise: float
     held_out: bool
+    replayed: float = float('nan')
 
 
 @dataclass(frozen=True)

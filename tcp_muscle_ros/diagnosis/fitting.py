@@ -2,7 +2,7 @@
 
 The residual of every channel is divided by its noise and whitened; the zero of displacement and of force is a linear
 unknown of each recording and is projected out exactly. Uses scipy's trust-region solver; the Jacobian is by forward
-differences, the columns of one recording's own unknowns cost one recording.
+differences, the columns of one recording's own unknowns cost one recording, and is updated in between.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,6 +25,7 @@ _RESOLUTION = 0.2
 # Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.
 _SURVIVED, _MELTING_SPREAD = 273.15 + 220.0, 5.0  # K
 _WORKERS = 2
+_UPDATES = 4  # of the slopes, before they are taken anew
 
 Values = Mapping[tuple[str, int | None], float]
 
@@ -45,6 +46,10 @@ class Problem:
     def start(self) -> Array:
         """The unknowns' nominal values in the fit's coordinates."""
         return np.array([u.to_fit(u.start) for u in self.unknowns])
+
+    def spreads(self) -> Array:
+        """The priors' standard deviations in the fit's coordinates."""
+        return np.array([u.prior_spread for u in self.unknowns])
 
     def values(self, z: Array) -> dict[tuple[str, int | None], float]:
         """Coordinates to values."""
@@ -84,7 +89,7 @@ class Problem:
 
     def _whitened(self, channel: str, raw: Array, recording: int) -> Array:
         observed = self.experiments[recording].observed[channel]
-        white = whiten(raw, observed.time, self.noise[channel])
+        white = whiten(raw * observed.weight, observed.time, self.noise[channel])
         if channel not in FLOATING_ZERO:
             return white
         constant = self._constants[channel, recording]
@@ -97,8 +102,8 @@ class Problem:
         for k, experiment in enumerate(self.experiments):
             for name in FLOATING_ZERO:
                 if name in experiment.observed:
-                    time = experiment.observed[name].time
-                    white = whiten(np.ones(time.size), time, self.noise[name])
+                    observed = experiment.observed[name]
+                    white = whiten(observed.weight, observed.time, self.noise[name])
                     constants[name, k] = white / np.linalg.norm(white)
         return constants
 
@@ -108,8 +113,8 @@ class Problem:
         found = {}
         for name, observed in self.experiments[recording].observed.items():
             if name in FLOATING_ZERO:
-                constant = whiten(np.ones(observed.time.size), observed.time, self.noise[name])
-                white = whiten(observed.value - predicted[name], observed.time, self.noise[name])
+                constant = whiten(observed.weight, observed.time, self.noise[name])
+                white = whiten((observed.value - predicted[name]) * observed.weight, observed.time, self.noise[name])
                 found[name] = float(constant @ white / (constant @ constant))
         return found
 
@@ -125,18 +130,27 @@ class Problem:
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted problem: values by (name, recording), covariance in the fit's coordinates, and the misfit.
+    """A fitted problem: the unknowns ``z`` in the fit's coordinates, whitened residuals by recording, and the misfit.
 
     ``misfit`` is the sum of squared whitened residuals of the data; ``penalty`` that of the priors.
     """
 
     problem: Problem
     z: Array
-    covariance: Array
     residuals: tuple[Array, ...]
-    jacobian: Array
     misfit: float
     penalty: float
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """d residual / d z at ``z``, shape (sum m, unknowns)."""
+        return jacobian(self.problem, self.z, self.residuals)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the unknowns in the fit's coordinates, from the linearisation at ``z`` and the priors."""
+        information = self.jacobian.T @ self.jacobian + np.diag(self.problem.spreads() ** -2.0)
+        return np.asarray(np.linalg.pinv(information, hermitian=True))
 
     @property
     def values(self) -> dict[tuple[str, int | None], float]:
@@ -189,51 +203,95 @@ def jacobian(problem: Problem, z: Array, base: Sequence[Array], which: Sequence[
     return out
 
 
+class _Slopes:
+    """d residual / d z along a fit: by differences now and then, in between by Broyden's rank-one updates.
+
+    A column by differences costs a simulation of every recording; an update costs none.
+    """
+
+    def __init__(self, problem: Problem, known: Array | None) -> None:
+        self.problem, self.scale = problem, problem.spreads()
+        self.matrix = known
+        self.age = 0
+        self._at: Array | None = None
+        self._residual: Array | None = None
+        self._latest: tuple[Array, list[Array]] | None = None
+
+    def residuals(self, z: Array) -> list[Array]:
+        """Whitened residuals at ``z``; the latest are kept: slopes are asked for where the solver has just been."""
+        if self._latest is None or not np.array_equal(self._latest[0], z):
+            self._latest = z.copy(), residual_vector(self.problem, z)
+        return self._latest[1]
+
+    def renew(self) -> None:
+        """Take differences at the next call."""
+        self.matrix = None
+
+    def __call__(self, z: Array) -> Array:
+        parts = self.residuals(z)
+        residual = np.concatenate(parts)
+        if self.matrix is None or self.age >= _UPDATES:
+            self.matrix, self.age = jacobian(self.problem, z, parts), 0
+        elif self._at is not None and self._residual is not None and not np.array_equal(z, self._at):
+            moved = z - self._at
+            weighted = moved / self.scale**2
+            missed = residual - self._residual - self.matrix @ moved
+            self.matrix = self.matrix + np.outer(missed, weighted / float(weighted @ moved))
+            self.age += 1
+        self._at, self._residual = z.copy(), residual
+        return self.matrix
+
+
 def fit(
     problem: Problem,
     z0: Array | None = None,
     *,
     rounds: int = 30,
     tolerance: float = 1e-7,
+    slopes: Array | None = None,
+    polish: bool = True,
     progress: Callable[[], None] | None = None,
 ) -> Fit:
     """Fit the unknowns by penalised least squares from ``z0`` (default: their nominal values).
 
-    Returns the fit with the covariance of its linearisation. Stops after ``rounds`` evaluations or when the objective
-    changes relatively by less than ``tolerance``.
+    Stops after ``rounds`` evaluations or when the objective changes relatively by less than ``tolerance``, also with
+    slopes newly taken. ``slopes`` are those at ``z0``, where they are known.
     """
-    centre = problem.start()
-    scale = np.array([u.prior_spread for u in problem.unknowns])
+    centre, scale = problem.start(), problem.spreads()
     low = np.array([u.to_fit(u.low) if u.low > 0.0 or not u.log else -np.inf for u in problem.unknowns])
     high = np.array([u.to_fit(u.high) for u in problem.unknowns])
     prior = np.diag(1.0 / scale)
+    along = _Slopes(problem, slopes)
 
     def residuals(z: Array) -> Array:
         if progress:
             progress()
-        return np.concatenate([*residual_vector(problem, z), (z - centre) / scale])
+        return np.concatenate([*along.residuals(z), (z - centre) / scale])
 
-    def slopes(z: Array) -> Array:
-        return np.vstack([jacobian(problem, z, residual_vector(problem, z)), prior])
+    def all_slopes(z: Array) -> Array:
+        return np.vstack([along(z), prior])
 
     start = centre if z0 is None else z0
     margin = 1e-9 * (1.0 + np.abs(start))
-    solution = least_squares(
-        residuals,
-        np.clip(start, low + margin, high - margin),
-        jac=slopes,
-        bounds=(low, high),
-        x_scale=scale,
-        ftol=tolerance,
-        xtol=1e-9,
-        gtol=1e-9,
-        max_nfev=rounds,
-    )
-    z = np.asarray(solution.x)
-    parts = residual_vector(problem, z)
-    full = np.asarray(solution.jac)
-    information = full.T @ full
-    covariance = np.linalg.pinv(information, hermitian=True)
+    z, left, cost = np.clip(start, low + margin, high - margin), rounds, np.inf
+    while left > 0:
+        solution = least_squares(
+            residuals,
+            z,
+            jac=all_slopes,
+            bounds=(low, high),
+            x_scale=scale,
+            ftol=tolerance,
+            xtol=1e-9,
+            gtol=1e-9,
+            max_nfev=left,
+        )
+        left -= int(solution.nfev)
+        z, gained, cost = np.asarray(solution.x), cost - float(solution.cost), float(solution.cost)
+        if not polish or along.age == 0 or gained <= tolerance * cost:
+            break
+        along.renew()
+    parts = along.residuals(z)
     misfit = float(sum(part @ part for part in parts))
     penalty = float(np.sum(((z - centre) / scale) ** 2))
-    return Fit(problem, z, covariance, tuple(parts), full[: -len(z)], misfit, penalty)
+    return Fit(problem, z, tuple(parts), misfit, penalty)

@@ -14,7 +14,11 @@ from tcp_muscle_ros.diagnosis.noise import Noise, estimate, slow_size, whiten
 from tcp_muscle_ros.muscle import Outputs
 from tcp_muscle_ros.muscle.arrays import Array
 
-_LEVELS, _MOMENTS, _ELAPSED = 6, 8, 3
+_LEVELS, _MOMENTS, _ELAPSED, _LENGTHS, _DRIVES = 6, 8, 4, 24, 4
+
+
+# A sensor's slow noise may be this many times its quick noise (of single readings).
+_WANDERING = 5.0
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,7 @@ class Drivers:
     elapsed: Array
     load: Array
     displacement: Array
+    drive: Array
 
 
 def drivers(experiment: Experiment, outputs: Outputs, time: Array) -> Drivers:
@@ -49,6 +54,7 @@ def drivers(experiment: Experiment, outputs: Outputs, time: Array) -> Drivers:
         time - imposed.time[0],
         imposed.load[at],
         np.interp(time, outputs.time, outputs.displacement),
+        imposed.drive[at],
     )
 
 
@@ -72,25 +78,33 @@ class Part:
 def basis(found: Sequence[Drivers]) -> tuple[list[Array], list[Part]]:
     """The columns of the generic model for each recording's channel, and what they stand for.
 
-    Functions of temperature and of the time since the last switch, heating and cooling apart; of load; of the elapsed
-    time of each recording.
+    Functions of temperature, warming and cooling apart; of its rate; of the time since the last switch, driven and not;
+    of displacement, load and drive; of the elapsed time of each recording.
     """
     pooled = {
         name: np.concatenate([getattr(d, name) for d in found])
-        for name in ('temperature', 'since_switch', 'load', 'heating')
+        for name in ('temperature', 'since_switch', 'load', 'displacement', 'drive', 'rate')
     }
     warm = _spread_knots(pooled['temperature'], _LEVELS)
     moment = np.unique(
         np.concatenate([[0.0], np.geomspace(0.1, max(float(pooled['since_switch'].max()), 1.0), _MOMENTS)])
     )
     loads = _spread_knots(pooled['load'], 3)
+    places = _spread_knots(pooled['displacement'], _LENGTHS)
+    levels = _spread_knots(pooled['drive'], _DRIVES)
+    quickest = max(float(np.max(np.abs(pooled['rate']))), 1e-12)
     columns: list[Array] = []
     parts: list[Part] = []
     for owner, d in enumerate(found):
         on, off = d.heating[:, None], 1.0 - d.heating[:, None]
+        rate = d.rate[:, None] / quickest
+        warming = (rate > 0.0).astype(float)
         groups = [
-            ('temperature, heating', _hats(d.temperature, warm) * on),
-            ('temperature, cooling', _hats(d.temperature, warm) * off),
+            ('temperature, warming', _hats(d.temperature, warm) * warming),
+            ('temperature, cooling', _hats(d.temperature, warm) * (1.0 - warming)),
+            ('rate of temperature', np.hstack([rate, rate * np.abs(rate)])),
+            ('displacement', _hats(d.displacement, places)),
+            ('drive', _hats(d.drive, levels)),
             ('time since the switch, heating', _hats(d.since_switch, moment) * on),
             ('time since the switch, cooling', _hats(d.since_switch, moment) * off),
         ]
@@ -139,10 +153,12 @@ def structure(
     found: Sequence[Drivers],
     floor: float,
     repeated: Noise | None = None,
+    averaged: float = 1.0,
 ) -> Structure:
     """Regress one channel's residuals on the generic basis: first plainly to learn the noise, then whitened.
 
-    ``floor`` is the sensor's quick noise (SI): the noise is never taken to be less. ``repeated`` is the noise that
+    ``floor`` is the quick noise (SI) of samples that are means of ``averaged`` readings: the noise is never taken to be
+    less, nor so much more that no sensor wanders so: what is slow and large is misfit. ``repeated`` is the noise that
     repeated cycles show; it is taken where it is the smaller, since structure that this basis misses is not in it.
     """
     columns, _ = basis(found)
@@ -158,11 +174,14 @@ def structure(
     noise = Noise(sigma, phi)
     if repeated is not None and slow_size(repeated) < slow_size(noise):
         noise = Noise(max(repeated.sigma, floor), repeated.phi)
+    most = _WANDERING * float(np.sqrt(averaged)) * floor
+    noise = Noise(min(noise.sigma, most), noise.phi)
     white = np.concatenate([whiten(r, t, noise) for r, t in zip(residuals, times, strict=True)])
     white_columns = np.vstack([whiten(c, t, noise) for c, t in zip(columns, times, strict=True)])
     coefficients = _solve(white_columns, white)
     rest = white - white_columns @ coefficients
-    inflation = 1.0 if noise.sigma < sigma else slow_variance(rest, times, sizes)
+    inflation = 1.0 if noise.sigma < sigma and noise.sigma < most else slow_variance(rest, times, sizes)
+    inflation = min(inflation, max((2.0 * most / noise.sigma) ** 2, 1.0))
     gain = float(white @ white - rest @ rest) / inflation
     terms = int(np.linalg.matrix_rank(white_columns))
     fitted = tuple(c @ coefficients for c in columns)

@@ -6,75 +6,83 @@ from itertools import pairwise
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment, Observed
+from tcp_muscle_ros.diagnosis.experiment import Observed
 from tcp_muscle_ros.diagnosis.fitting import Fit, Problem, fit
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
-_STRETCHES = 4
+_STRETCHES = 4  # of a recording
 _CLUSTER = 15.0  # s: stretches over which errors are summed before their scatter is judged
+_SEEN = 4.0  # squared whitened difference of two predictions, below which a fold says nothing
 
 
 @dataclass(frozen=True)
 class Fold:
-    """Which observations are kept back: recording, and the stretch of it (s); the rest is fitted."""
+    """Which observations are kept back: stretches (recording, start, end), s; or one recording ``whole``."""
 
-    recording: int
-    start: float
-    end: float
+    stretches: tuple[tuple[int, float, float], ...]
+    whole: int | None = None
 
 
-def folds(experiments: Sequence[Experiment]) -> list[Fold]:
-    """One fold a recording; of one or two recordings, stretches, so that no fold takes all that shows an effect."""
-    if len(experiments) > 2:
-        return [Fold(k, -np.inf, np.inf) for k in range(len(experiments))]
-    found = []
+def folds(problem: Problem) -> list[Fold]:
+    """One fold a recording; of one or two recordings, or where each has unknowns of an effect for itself, stretches.
+
+    So no fold takes all that shows an effect, and what belongs to a recording is predicted from the rest of it.
+    """
+    experiments = problem.experiments
+    if len(experiments) > 2 and not any('.' in u.name and u.recording is not None for u in problem.unknowns):
+        return [Fold(((k, -np.inf, np.inf),), k) for k in range(len(experiments))]
+    stretches = []
     for k, experiment in enumerate(experiments):
         time = experiment.imposed.time
-        edges = np.linspace(time[0], time[-1], _STRETCHES // len(experiments) + 1)
-        found += [Fold(k, float(a), float(b)) for a, b in pairwise(edges)]
-    return found
+        edges = np.linspace(time[0], time[-1], _STRETCHES + 1)
+        stretches.append([(k, float(a), float(b)) for a, b in pairwise(edges)])
+    if len(experiments) > 2:
+        return [Fold(tuple(part)) for part in zip(*stretches, strict=True)]
+    return [Fold((part,)) for parts in stretches for part in parts]
 
 
 def _cut(observed: Observed, keep: Mask) -> Observed:
     return Observed(observed.time[keep], observed.value[keep], observed.count[keep])
 
 
-def training(problem: Problem, fold: Fold) -> Problem:
-    """The problem without what the fold keeps back. A recording kept back whole stays in with nothing observed."""
+def _split(problem: Problem, fold: Fold, inside: bool) -> Problem:
+    """The problem with only what the fold keeps back observed, or only the rest."""
     experiments = []
     for k, experiment in enumerate(problem.experiments):
-        if k != fold.recording:
-            experiments.append(experiment)
-            continue
+        mine = [(a, b) for recording, a, b in fold.stretches if recording == k]
         kept = {}
         for name, o in experiment.observed.items():
-            outside = (o.time < fold.start) | (o.time > fold.end)
-            if np.count_nonzero(outside) > 3:
-                kept[name] = _cut(o, outside)
+            within = np.zeros(o.time.size, dtype=bool)
+            for a, b in mine:
+                within |= (o.time >= a) & (o.time <= b)
+            keep = within if inside else ~within
+            if np.count_nonzero(keep) > 3:
+                kept[name] = _cut(o, keep)
         experiments.append(replace(experiment, observed=kept))
     return replace(problem, experiments=tuple(experiments))
 
 
+def training(problem: Problem, fold: Fold) -> Problem:
+    """The problem without what the fold keeps back. A recording kept back whole stays in with nothing observed."""
+    return _split(problem, fold, inside=False)
+
+
 def testing(problem: Problem, fold: Fold) -> Problem:
     """The problem with only what the fold keeps back observed."""
-    experiment = problem.experiments[fold.recording]
-    kept = {}
-    for name, o in experiment.observed.items():
-        inside = (o.time >= fold.start) & (o.time <= fold.end)
-        if np.count_nonzero(inside) > 3:
-            kept[name] = _cut(o, inside)
-    experiments = list(problem.experiments)
-    experiments[fold.recording] = replace(experiment, observed=kept)
-    return replace(problem, experiments=tuple(experiments))
+    return _split(problem, fold, inside=True)
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Errors on data not fitted. ``misfit``: sums of squared whitened residuals, one a cluster; ``squares`` and
-    ``count``: by channel the sum of squared errors (SI) and how many."""
+    """Errors on data not fitted.
 
+    ``white``: whitened residuals, one array a fold; ``misfit``: their sums of squares, one a cluster; ``squares`` and
+    ``count``: by channel the sum of squared errors (SI) and how many.
+    """
+
+    white: tuple[Array, ...]
     misfit: Array
-    by_fold: Array
     squares: dict[str, float]
     count: dict[str, int]
 
@@ -83,59 +91,86 @@ class HeldOut:
         return {name: float(np.sqrt(self.squares[name] / self.count[name])) for name in self.squares}
 
 
-def held_out(fitted: Fit, rounds: int = 4) -> HeldOut:
+def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int = 12) -> HeldOut:
     """Refit without each fold in turn, from the full fit, and look at the fold.
 
-    What belongs to a recording alone (its ambient, its start) is taken from the full fit: it is no property of the
-    muscle, and a new recording brings its own.
+    A recording's ambient and start are taken from the full fit: they are no property of the muscle, and a new recording
+    brings its own. So is all that belongs to it alone where it is kept back whole.
     """
     problem = fitted.problem
     clusters: list[float] = []
-    by_fold: list[float] = []
+    errors: list[Array] = []
     squares: dict[str, float] = {}
     count: dict[str, int] = {}
-    for fold in folds(problem.experiments):
-        trained = fit(training(problem, fold), fitted.z, rounds=rounds, tolerance=1e-4)
+    for fold in folds(problem) if kept_back is None else kept_back:
+        trained = fit(
+            training(problem, fold), fitted.z, rounds=rounds, tolerance=1e-4, slopes=_slopes_without(fitted, fold)
+        )
         z = np.array(
             [
-                own if u.recording == fold.recording else shared
+                own if u.name in (AMBIENT, START) or (u.recording is not None and u.recording == fold.whole) else shared
                 for u, own, shared in zip(problem.unknowns, fitted.z, trained.z, strict=True)
             ]
         )
         looked = testing(problem, fold)
         values = looked.values(z)
-        white = looked.residual(values, fold.recording)[:-1]  # the last entry is not data
-        observed = looked.experiments[fold.recording].observed
-        total, start = 0.0, 0
-        for channel in observed.values():
-            part = white[start : start + channel.time.size] ** 2
-            start += channel.time.size
-            label = np.floor((channel.time - channel.time[0]) / _CLUSTER).astype(int)
-            clusters.extend(np.bincount(label, part).tolist())
-            total += float(part.sum())
-        by_fold.append(total)
-        for name, left in looked.raw_residuals(values, fold.recording).items():
-            squares[name] = squares.get(name, 0.0) + float(left @ left)
-            count[name] = count.get(name, 0) + left.size
-    return HeldOut(np.array(clusters), np.array(by_fold), squares, count)
+        together = []
+        for recording in sorted({k for k, _, _ in fold.stretches}):
+            white = looked.residual(values, recording)[:-1]  # the last entry is not data
+            together.append(white)
+            start = 0
+            for channel in looked.experiments[recording].observed.values():
+                part = white[start : start + channel.time.size] ** 2
+                start += channel.time.size
+                label = np.floor((channel.time - channel.time[0]) / _CLUSTER).astype(int)
+                clusters.extend(np.bincount(label, part).tolist())
+            for name, left in looked.raw_residuals(values, recording).items():
+                squares[name] = squares.get(name, 0.0) + float(left @ left)
+                count[name] = count.get(name, 0) + left.size
+        errors.append(np.concatenate(together))
+    return HeldOut(tuple(errors), np.array(clusters), squares, count)
 
 
 @dataclass(frozen=True)
 class Gain:
-    """Held-out improvement: its sum, its standard error over clusters, and the share of folds that improve."""
+    """Held-out improvement: its sum; what noise alone scatters it by; its scatter over clusters; the share of folds
+    that improve, of those in which the predictions differ."""
 
     total: float
-    error: float
+    chance: float
+    scatter: float
     folds: float
 
     @property
     def holds(self) -> bool:
-        """Whether unseen data confirm it: most folds, and by twice its scatter."""
-        return self.folds > 0.5 and self.total > 2.0 * self.error
+        """Whether unseen data confirm it: most folds, beyond chance, and not by one cluster against the others.
+
+        The scatter counts half: an effect that acts in a few moments only improves few clusters, and those much.
+        """
+        return self.folds > 0.5 and self.total > 3.0 * self.chance and self.total > 0.5 * self.scatter
+
+
+def _slopes_without(fitted: Fit, fold: Fold) -> Array | None:
+    """The fit's slopes without those of a recording that is kept back whole (its last residual, no data, stays)."""
+    if fold.whole is None:
+        return None
+    end = int(np.cumsum([part.size for part in fitted.residuals])[fold.whole])
+    return np.delete(fitted.jacobian, slice(end - fitted.residuals[fold.whole].size, end - 1), axis=0)
 
 
 def improvement(before: HeldOut, after: HeldOut) -> Gain:
-    """What changed on the same unseen data."""
+    """What changed on the same unseen data, under the same noise.
+
+    Where noise e is all that a model leaves, another that differs by d changes the misfit by d'd + 2 e'd.
+    """
     drop = before.misfit - after.misfit
-    error = float(np.std(drop) * np.sqrt(drop.size))
-    return Gain(float(drop.sum()), error, float(np.mean(before.by_fold > after.by_fold)))
+    pairs = list(zip(before.white, after.white, strict=True))
+    moved = np.array([float(np.sum((a - b) ** 2)) for a, b in pairs])
+    better = np.array([float(a @ a - b @ b) > 0.0 for a, b in pairs])
+    seen = moved > _SEEN
+    return Gain(
+        float(drop.sum()),
+        2.0 * float(np.sqrt(moved.sum())),
+        float(np.std(drop) * np.sqrt(drop.size)),
+        float(np.mean(better[seen])) if seen.any() else 0.0,
+    )

@@ -1,6 +1,6 @@
 """Replay: drive the model with recorded inputs, free-run, and compare each channel."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,17 @@ def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
         return float(np.sum((shown - observed.value)[:_FIRST] ** 2))
 
     return min(starts, key=error)
+
+
+def replayed_rmse(experiments: Sequence[Experiment], parameters: Parameters) -> dict[str, float]:
+    """Root mean square error (SI) by channel of replays of several recordings together."""
+    squares: dict[str, list[float]] = {}
+    for experiment in experiments:
+        for name, found in replay(experiment, parameters).items():
+            entry = squares.setdefault(name, [0.0, 0.0])
+            entry[0] += found.rmse**2 * found.time.size
+            entry[1] += found.time.size
+    return {name: float(np.sqrt(total / count)) for name, (total, count) in squares.items()}
 
 
 def replay(

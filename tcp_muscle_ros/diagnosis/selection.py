@@ -11,26 +11,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.calibration import quick_noise
-from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, with_effect, without_effect
-from tcp_muscle_ros.diagnosis.fitting import Fit, fit
+from tcp_muscle_ros.diagnosis.candidates import PER_PARAMETER, Candidate, screen, with_effect, without_effect
+from tcp_muscle_ros.diagnosis.fitting import Fit, fit, jacobian, residual_vector
 from tcp_muscle_ros.diagnosis.generic import Structure, drivers, structure
-from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, held_out, improvement
+from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, folds, held_out, improvement
 from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.replicates import pure_error
 from tcp_muscle_ros.muscle import EFFECTS
 
 MOST_EFFECTS = 4
-SHORTLIST, _REVISED = 7, 5
-# 2 ln(trials / level) for some hundred directions at a level of 1 in 100, and 2 for each further parameter.
+SHORTLIST, _REVISED = 6, 4
+# 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
 THRESHOLD = 20.0
-PER_PARAMETER = 2.0
 # Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.
 AMBIGUOUS = 6.0
 # No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
 # nothing, however many samples there are; and what remains of it beside a strong effect gets no name of its own.
 ALIKE = 0.02
 LEAST_SHARE = 0.08
-_TRIES = 3
+LEAST_SHARE_OF_ALL = 0.05
+_TRIES = 4
+_PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
+_BEATEN = 0.003  # of the best rival's drop: a model that misses so much more is beaten
+_CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
+_TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
+_CLOSED = 0.15  # of the noise's variance: a channel that misses no more is explained
+_REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
 
 
 @dataclass(frozen=True)
@@ -55,11 +61,14 @@ def close_rivals(rivals: Sequence[Rival], drop: float) -> list[Rival]:
 
 @dataclass(frozen=True)
 class Chosen:
-    """One accepted effect: its drop of the misfit, the unseen data's word, and its rivals (best first, itself too)."""
+    """One accepted effect: its drop of the misfit, the unseen data's word on it in the company of the others, the share
+    of the calibrated model's misfit that it takes away (the largest over channels), and its rivals (best first, itself
+    too)."""
 
     effect: str
     drop: float
     gain: Gain
+    share: float
     rivals: tuple[Rival, ...]
 
     @property
@@ -106,20 +115,29 @@ def structures(fitted: Fit) -> dict[str, Structure]:
         times = [problem.experiments[k].observed[name].time for k in owners]
         drive = [drivers(problem.experiments[k], outputs[k], t) for k, t in zip(owners, times, strict=True)]
         mine = [left[k][name] for k in owners]
-        found[name] = structure(mine, times, drive, floor[name].sigma, pure_error(problem.experiments, mine, name))
+        averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
+        repeated = pure_error(problem.experiments, mine, name)
+        found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged)
     return found
 
 
-def robust_noise(found: dict[str, Structure]) -> dict[str, Noise]:
-    """The noise by channel, with what its colour does not cover added to its size."""
-    return {name: Noise(s.noise.sigma * float(np.sqrt(s.inflation)), s.noise.phi) for name, s in found.items()}
+def robust_noise(fitted: Fit, found: dict[str, Structure]) -> dict[str, Noise]:
+    """The noise by channel, with what its colour does not cover added to its size, and what the fit misses too.
+
+    A channel that a model cannot follow must not pull the others along: the temperature would be bent until the stroke
+    fits. Its weight returns as effects are accepted.
+    """
+    return {
+        name: Noise(max(s.noise.sigma * float(np.sqrt(s.inflation)), _mean_square(fitted, name) ** 0.5), s.noise.phi)
+        for name, s in found.items()
+    }
 
 
 def settle_noise(fitted: Fit, rounds: int = 2) -> tuple[Fit, dict[str, Structure]]:
     """Refit with the noise that the generic model leaves, until both agree."""
     found = structures(fitted)
     for _ in range(rounds):
-        fitted = fit(fitted.problem.with_noise(robust_noise(found)), fitted.z, rounds=8, tolerance=1e-5)
+        fitted = fit(fitted.problem.with_noise(robust_noise(fitted, found)), fitted.z, rounds=20, tolerance=1e-5)
         found = structures(fitted)
     return fitted, found
 
@@ -130,15 +148,21 @@ def penalised(fitted: Fit) -> float:
     return fitted.objective + PER_PARAMETER * count
 
 
-def grow(fitted: Fit, candidate: Candidate, rounds: int = 10) -> Fit:
+def grow(fitted: Fit, candidate: Candidate, rounds: int = 20, polish: bool = True) -> Fit:
     """Refit with one more effect."""
-    problem = with_effect(fitted.problem, candidate.effect, candidate.values)
-    added = problem.unknowns[len(fitted.problem.unknowns) :]
-    z0 = np.concatenate([fitted.z, [u.to_fit(candidate.values[u.name]) for u in added]])
-    return fit(problem, z0, rounds=rounds, tolerance=1e-5)
+    own = fitted.z.size
+    tried = []
+    for start in candidate.starts():
+        problem = with_effect(fitted.problem, start)
+        z = np.concatenate([fitted.z, problem.start()[own:]])
+        parts = residual_vector(problem, z)
+        tried.append((float(sum(part @ part for part in parts)), problem, z, parts))
+    _, problem, z, parts = min(tried, key=lambda t: t[0])
+    added = jacobian(problem, z, parts, range(own, len(problem.unknowns)))
+    return fit(problem, z, rounds=rounds, tolerance=1e-5, slopes=np.hstack([fitted.jacobian, added]), polish=polish)
 
 
-def shrink(fitted: Fit, effect: str, rounds: int = 8) -> Fit:
+def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
     """Refit without one of the effects."""
     problem = without_effect(fitted.problem, effect)
     kept = {u.key for u in problem.unknowns}
@@ -147,36 +171,78 @@ def shrink(fitted: Fit, effect: str, rounds: int = 8) -> Fit:
 
 
 def _prefer(rivals: Sequence[Rival], bare: float) -> Rival:
-    """Among models that are not told apart the simplest: a sensor before physics, fewer parameters before more.
+    """The best model; among those that it does not beat, the simplest.
 
+    That is one that holds for all recordings alike, then a sensor before physics, then the fewest parameters.
     ``bare`` is the score without any of them.
     """
-    close = close_rivals(rivals, bare - min(r.score for r in rivals))
-    return min(close, key=lambda r: (EFFECTS[r.effect].stage != 'sensor', len(EFFECTS[r.effect].parameters), r.score))
+    best = min(r.score for r in rivals)
+    close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
+    def order(rival: Rival) -> tuple[bool, bool, int, float]:
+        own = any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
+        return own, EFFECTS[rival.effect].stage != 'sensor', len(EFFECTS[rival.effect].parameters), rival.score
+
+    return min(close, key=order)
 
 
 def rivals_for(
     base: Fit, ranked: Sequence[Candidate], progress: Callable[[], None] | None, most: int = SHORTLIST
 ) -> list[Rival]:
     """Refit the most promising candidates on top of a fit, best first."""
+    promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
     found = []
-    promising = [c for c in ranked if c.gain > 0.25 * ranked[0].gain or c.gain > THRESHOLD][:most]
     for candidate in promising:
         if progress:
             progress()
-        grown = grow(base, candidate)
+        grown = grow(base, candidate, polish=False)
         found.append(Rival(candidate.effect, grown, penalised(grown)))
-    return sorted(found, key=lambda r: r.score)
+    found.sort(key=lambda r: r.score)
+    drop = penalised(base) - found[0].score if found else 0.0
+    polished = []
+    for rival in found:
+        if rival.score - found[0].score < _CONTEST * drop:
+            fitted = fit(rival.fit.problem, rival.fit.z, rounds=20, tolerance=1e-5)
+            polished.append(Rival(rival.effect, fitted, penalised(fitted)))
+        else:
+            polished.append(rival)
+    return sorted(polished, key=lambda r: r.score)
+
+
+def _improved(present: Fit, word: HeldOut, grown: Fit) -> Gain:
+    """What unseen data say of a grown model, kept back in the same folds."""
+    kept_back = folds(grown.problem)
+    before = word if kept_back == folds(present.problem) else held_out(present, kept_back)
+    return improvement(before, held_out(grown, kept_back))
+
+
+def _rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
+    """The close rivals, and the score without any, under the noise that the best of them leaves.
+
+    Under the noise of the poorer model, into which its misfit counts, good models look alike.
+    """
+    drop = penalised(bare) - rivals[0].score
+    noise = robust_noise(rivals[0].fit, structures(rivals[0].fit))
+    refitted = []
+    for rival in rivals:
+        if rival.score - rivals[0].score < _CONTEST * drop:
+            again = fit(rival.fit.problem.with_noise(noise), rival.fit.z, rounds=20, tolerance=1e-5)
+            refitted.append(Rival(rival.effect, again, penalised(again)))
+    alone = fit(bare.problem.with_noise(noise), bare.z, rounds=20, tolerance=1e-5)
+    return penalised(alone), sorted(refitted, key=lambda r: r.score)
 
 
 def _share(before: dict[str, Structure], fitted: Fit, after: Fit) -> float:
-    """The largest share, over channels, of the misfit above noise that went."""
+    """The largest share, over channels, of the misfit above noise that went.
+
+    The noise is that of the better model where it is the smaller: what a model lacks may look like noise to it.
+    """
     shares = []
+    left = structures(after)
     for name, s in before.items():
         a = _mean_square(fitted, name)
         b = _mean_square(after, name)
-        gap = a - s.noise.sigma**2
-        if s.significant and gap > 0.0:
+        gap = a - min(s.noise.sigma, left[name].noise.sigma) ** 2
+        if (s.significant or a - b > _REAL * a) and gap > 0.0:
             shares.append((a - b) / gap)
     return max(shares, default=0.0)
 
@@ -206,8 +272,6 @@ def select(
     refitted: dict[str, float] = {}
     accepted: list[str] = []
     rejected: list[str] = []
-    gains: dict[str, Gain] = {}
-    explained = 0.0
     while len(accepted) < most:
         pool = [e for e in effects if e not in accepted]
         ranked, seen = screen(present, pool, progress)
@@ -221,12 +285,19 @@ def select(
             refitted = {r.effect: bare - r.score for r in rivals}
         picked = None
         for _ in range(_TRIES):
-            rivals = [r for r in rivals if bare - r.score >= max(THRESHOLD, ALIKE * explained)]
+            rivals = [r for r in rivals if bare - r.score >= THRESHOLD]
             if not rivals:
                 break
-            pick = _prefer(rivals, bare)
-            gain = improvement(word, held_out(pick.fit))
-            if gain.holds and _share(found_structure, present, pick.fit) >= LEAST_SHARE:
+            if len(rivals) > 1:
+                settled, close = _rescored(present, rivals)
+                effect = _prefer(close, settled).effect
+                pick = next(r for r in rivals if r.effect == effect)
+            else:
+                pick = rivals[0]
+            enough = _share(found_structure, present, pick.fit) >= LEAST_SHARE and (
+                not accepted or _good_company(pick.fit, _share_of_all(calibrated, present, pick.fit))
+            )
+            if enough and _improved(present, word, pick.fit).holds:
                 picked = pick
                 break
             rejected.append(pick.effect)
@@ -234,21 +305,21 @@ def select(
         if picked is None:
             break
         accepted.append(picked.effect)
-        gains[picked.effect] = gain
-        explained += bare - picked.score
         present, found_structure = settle_noise(picked.fit, 1)
         word = held_out(present)
     present, accepted, contests = _revise(present, accepted, effects, progress)
     if accepted:
         present, found_structure = settle_noise(present, 1)
-        word = held_out(present)
+    present, word, accepted, standing = _confirm(present, accepted, {e: contests[e][0] for e in accepted}, calibrated)
+    if accepted:
+        found_structure = structures(present)
     # Compared under one noise: the final model's.
-    reference = fit(calibrated.problem.with_noise(present.problem.noise), calibrated.z, rounds=6, tolerance=1e-5)
-    compared = held_out(reference) if accepted else before
+    reference = fit(calibrated.problem.with_noise(present.problem.noise), calibrated.z, rounds=20, tolerance=1e-5)
+    compared = held_out(reference, folds(present.problem)) if accepted else before
     chosen = []
     for effect in accepted:
         drop, rivals = contests[effect]
-        chosen.append(Chosen(effect, drop, gains.get(effect, improvement(compared, word)), tuple(rivals)))
+        chosen.append(Chosen(effect, drop, *standing[effect], tuple(rivals)))
     return Selection(
         reference if accepted else calibrated,
         present,
@@ -262,6 +333,51 @@ def select(
         signals,
         tuple(rejected),
     )
+
+
+def _confirm(
+    present: Fit, accepted: list[str], drops: dict[str, float], calibrated: Fit
+) -> tuple[Fit, HeldOut, list[str], dict[str, tuple[Gain, float]]]:
+    """Each effect once more on unseen data, in the company of the others: without it they must be predicted worse."""
+    word = held_out(present)
+    standing: dict[str, tuple[Gain, float]] = {}
+    strongest = max(accepted, key=lambda e: drops[e], default='')
+    for effect in sorted(accepted, key=lambda e: drops[e]):
+        bare = shrink(present, effect)
+        without = held_out(bare, folds(present.problem))
+        gain, share = improvement(without, word), _share_of_all(calibrated, bare, present)
+        if gain.holds and (effect == strongest or _good_company(present, share)):
+            standing[effect] = gain, share
+        else:
+            present, word = bare, held_out(bare)
+            accepted = [e for e in accepted if e != effect]
+    return present, word, accepted, standing
+
+
+def _good_company(fitted: Fit, share: float) -> bool:
+    """Whether an effect beside a stronger one is more than what the stronger one's form leaves.
+
+    It takes a real share of all that was missed, or nothing is left with it.
+    """
+    if share >= LEAST_SHARE_OF_ALL or share <= 0.0:
+        return share > 0.0
+    found = structures(fitted)
+    return all(_mean_square(fitted, name) < (1.0 + _CLOSED) * s.noise.sigma**2 for name, s in found.items())
+
+
+def _share_of_all(calibrated: Fit, without: Fit, fitted: Fit) -> float:
+    """The largest share, over channels, of what the calibrated model missed, that one effect takes away.
+
+    Channels count in which it takes away something beside the noise.
+    """
+    shares = []
+    noises = robust_noise(fitted, structures(fitted))
+    for name, noise in noises.items():
+        missed = _mean_square(calibrated, name) - noise.sigma**2
+        drop = _mean_square(without, name) - _mean_square(fitted, name)
+        if missed > 0.0 and drop > _TRIFLE * noise.sigma**2:
+            shares.append(drop / missed)
+    return max(shares, default=0.0)
 
 
 def _revise(
@@ -291,10 +407,4 @@ def _revise(
             contests[pick.effect] = (drop, rivals)
         if not changed or len(accepted) < 2:
             break
-    while accepted:
-        weakest = min(accepted, key=lambda e: contests[e][0])
-        if contests[weakest][0] >= ALIKE * max(contests[e][0] for e in accepted):
-            break
-        present = shrink(present, weakest)
-        accepted.remove(weakest)
-    return present, accepted, {e: contests[e] for e in accepted}
+    return present, accepted, contests

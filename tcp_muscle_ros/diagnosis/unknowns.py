@@ -11,10 +11,13 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
+from tcp_muscle_ros.recording.mending import RESUMED
 
 AMBIENT, START = 'ambient', 'initial_temperature'
 SEPARABLE = ('hA', 'C', 'R0', 'B', 'k0')
 _OHMMETER = 0.1
+_MATERIAL = 0.3  # spread of the logarithm of what differs from one coil to the next of its kind
+_ANYWHERE = 50.0  # K, where a recording begins in the middle of something
 # Fixed by the data: the interval is half the prior's at most, and spans less than a factor of two.
 _NARROWED, FACTOR = 0.5, 0.2
 _LOG_SPREAD = 1.5  # prior standard deviation of a positive parameter's logarithm: a factor of 4.5 either way
@@ -66,8 +69,8 @@ def positive(nominal: Parameters, name: str, recording: int | None = None, sprea
     return Unknown(name, nominal[name], max(row.low, 1e-12), row.high, spread, log=True, recording=recording)
 
 
-def effect_unknowns(name: str, parameters: Parameters) -> list[Unknown]:
-    """The unknowns of an effect: its parameters, each free over its bounds.
+def effect_unknowns(name: str, parameters: Parameters, owner: int | None = None) -> list[Unknown]:
+    """The unknowns of an effect: its parameters, each free over its bounds; of one recording (``owner``) or of all.
 
     A positive parameter whose bounds span more than a decade moves by its logarithm (time constants); amplitudes, which
     may vanish, move linearly.
@@ -79,7 +82,7 @@ def effect_unknowns(name: str, parameters: Parameters) -> list[Unknown]:
         wide = row.low > 0.0 and row.high / row.low > 10.0
         value = parameters[key]
         spread = 1.5 if wide else max(abs(row.value), 0.25 * (row.high - row.low) if row.value == 0.0 else 0.0) * 2.0
-        unknowns.append(Unknown(key, value, row.low, row.high, spread, log=wide))
+        unknowns.append(Unknown(key, value, row.low, row.high, spread, log=wide, recording=owner))
     return unknowns
 
 
@@ -106,10 +109,13 @@ def base_unknowns(
         owners: list[int | None] = list(range(len(experiments))) if separate.get(name) else [None]
         # A resistance that was not recorded still heats: it is then known as well as an ohmmeter's reading ages.
         spread = _OHMMETER if name == 'R0' and not seen_resistance else _LOG_SPREAD
+        # Without a thermometer all temperatures could be twice as large: what is known of the materials anchors them.
+        spread = _MATERIAL if name == 'k0' and 'temperature' not in channels else spread
         unknowns += [positive(nominal, name, owner, spread) for owner in owners]
     if seen_resistance:
         row = SPECIFICATIONS['a_R']
-        unknowns.append(Unknown('a_R', nominal['a_R'], row.low, row.high, 0.002))
+        spread = 0.002 if 'temperature' in channels else 0.5 * _MATERIAL * nominal['a_R']
+        unknowns.append(Unknown('a_R', nominal['a_R'], row.low, row.high, spread))
     if mechanical:
         row = SPECIFICATIONS['c2']
         unknowns.append(Unknown('c2', nominal['c2'], row.low, row.high, 4e-4))
@@ -118,5 +124,6 @@ def base_unknowns(
         still = float(experiment.imposed.ambient[0])
         if np.ptp(experiment.imposed.ambient) == 0.0:
             unknowns.append(Unknown(AMBIENT, still, still - 40.0, still + 40.0, 3.0 if seen else 1.0, recording=k))
-        unknowns.append(Unknown(START, still, still - 40.0, still + 150.0, 10.0 if seen else 1.0, recording=k))
+        begins = _ANYWHERE if experiment.known.get(RESUMED) else 10.0 if seen else 1.0
+        unknowns.append(Unknown(START, still, still - 40.0, still + 150.0, begins, recording=k))
     return unknowns

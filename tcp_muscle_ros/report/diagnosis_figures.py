@@ -6,10 +6,12 @@ a picture can show.
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from tcp_muscle_ros.diagnosis.findings import Diagnosis, Series
@@ -30,12 +32,13 @@ from tcp_muscle_ros.report.style import (
     stacked,
 )
 from tcp_muscle_ros.report.tables import SHOWN
-from tcp_muscle_ros.report.words import number, percent, plain
+from tcp_muscle_ros.report.words import chance, number, plain
 
 _MOST_POINTS = 3000  # a picture is some thousand pixels wide
 _MOST_BARS = 12
 _BINS = 16
 _CYCLES_SHOWN = 8
+_STEP = 0.15  # of a cycle's stroke between neighbours is a step of the load
 _GAP = 5.0  # intervals: after a longer pause a line is interrupted
 Places = NDArray[np.intp]
 
@@ -148,6 +151,7 @@ def draw_driver(path: Path, diagnosis: Diagnosis) -> bool:
         rms = float(np.sqrt(np.mean(left**2)))
         axis.set_title(f'{model.label}: RMSE {rms:.3g} {unit}', fontsize=10)
         axis.set_xlabel(_DRIVERS[variable])
+        axis.xaxis.set_major_locator(MaxNLocator(nbins=7, prune='both'))
     axes[0].set_ylabel(f'{channel}, recorded - model ({unit})')
     axes[0].legend(fontsize=8, frameon=False)
     save(figure, path)
@@ -248,7 +252,7 @@ def draw_experiment(path: Path, diagnosis: Diagnosis) -> bool:
     load.set_xlabel(f'time (s); all of it {proposal.repeat} times' if proposal.repeat > 1 else 'time (s)')
     load.set_xlim(0.0, float(edges[-1]))
     first, second = (plain(name) for name in proposal.separates)
-    title = f'{first} or {second}? This decides with probability {percent(proposal.power)}'
+    title = f'{first} or {second}? This decides with probability {chance(proposal.power)}'
     if sets:
         apart = '; '.join(f'{plain(name)} and {", ".join(map(plain, others))}' for name, others in sets)
         title = f'Not told apart by the recordings: {apart}.\n{title}'
@@ -407,8 +411,11 @@ def _means(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _last_cycle(s: Series) -> Places:
-    """Places of the samples of the last whole cycle, of all where there is none."""
+    """Places of the samples of the last whole cycle, one without a step of the load if there is one; of all else."""
     starts = _switches(s)
-    if starts.size < 2:
+    cycles = [np.flatnonzero((s.time >= a) & (s.time < b)) for a, b in pairwise([*starts, s.time[-1] + 1e-9])]
+    cycles = [cycle for cycle in cycles if cycle.size > 10 and cycle.size > 0.5 * max(c.size for c in cycles)]
+    if not cycles:
         return np.arange(s.time.size)
-    return np.flatnonzero((s.time >= starts[-2]) & (s.time <= starts[-1]))
+    smooth = [c for c in cycles if np.abs(np.diff(s.recorded[c])).max() < _STEP * np.ptp(s.recorded[c])]
+    return (smooth or cycles)[-1]

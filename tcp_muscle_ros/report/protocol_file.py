@@ -2,15 +2,18 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from statistics import median
 from textwrap import wrap
 
 from tcp_muscle_ros.diagnosis.experiment import Holding
 from tcp_muscle_ros.diagnosis.findings import Diagnosis, Proposal, Value
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.parameter_file import Value as Setting
 from tcp_muscle_ros.parameter_file import describe, number_text, write
-from tcp_muscle_ros.report.words import at_edge, interval_text, percent, plain
+from tcp_muscle_ros.report.words import at_edge, chance, interval_text, plain
 
+_SAME_ROOM = 1.0  # K
 _WIDTH = 110  # of comments
 
 
@@ -28,7 +31,7 @@ def render_protocol(proposal: Proposal, holding: Holding | None = None) -> str:
     total = proposal.repeat * sum(step.duration for step in proposal.steps)
     head = [
         f'{plain(proposal.name)}: {total:.0f} s that separate {plain(first)} from {plain(second)}',
-        f'Expected to decide with probability {percent(proposal.power)}. {proposal.reason}',
+        f'Expected to decide with probability {chance(proposal.power)}. {proposal.reason}',
         'Record it and diagnose it together with the recordings so far.',
     ]
     lines = [f'# {line}' for said in head for line in wrap(said, _WIDTH)]
@@ -64,7 +67,8 @@ def _short(value: float) -> str:
 def write_improved(path: str | Path, diagnosis: Diagnosis, operating: Mapping[str, Setting] | None = None) -> None:
     """Write the muscle that sim_node and replay should use from now on, its intervals as comments.
 
-    ``operating``: what else stood in the parameter file that the diagnosis began with, written as it was.
+    ``operating``: what else stood in the parameter file that the diagnosis began with, written as it was, but for the
+    ambient temperature: that is the recordings', where they share one.
     """
     muscle = physics_only(diagnosis.improved)
     recordings = len(diagnosis.recordings)
@@ -76,7 +80,17 @@ def write_improved(path: str | Path, diagnosis: Diagnosis, operating: Mapping[st
     if diagnosis.partial:
         heading.insert(1, 'The diagnosis was interrupted: these values are what was known by then.')
     folded = [line for said in heading for line in wrap(said, _WIDTH)]
-    write(path, muscle, operating=operating, heading=folded, note=_note(diagnosis, muscle))
+    write(
+        path, muscle, operating=operating_with_room(diagnosis, operating), heading=folded, note=_note(diagnosis, muscle)
+    )
+
+
+def operating_with_room(diagnosis: Diagnosis, operating: Mapping[str, Setting] | None = None) -> dict[str, Setting]:
+    """The operating parameters with the ambient temperature that all recordings share, where they do."""
+    found = [v.value for name, v in diagnosis.sensors.items() if name.startswith(f'{AMBIENT} [')]
+    same = bool(found) and max(found) - min(found) < _SAME_ROOM
+    room: dict[str, Setting] = {'ambient_temperature_c': median(found) - ZERO_CELSIUS} if same else {}
+    return {**(operating or {}), **room}
 
 
 def physics_only(parameters: Parameters) -> Parameters:

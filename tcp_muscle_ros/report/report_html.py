@@ -12,6 +12,7 @@ from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL
 from tcp_muscle_ros.report.words import (
     VERDICTS,
     at_edge,
+    chance,
     change_text,
     digits_text,
     error_text,
@@ -50,6 +51,9 @@ code { font-size: .9em; overflow-wrap: anywhere; }
 """
 
 
+_IF_ANY = ('remark',)  # columns that are left out where they are empty
+
+
 def render(diagnosis: Diagnosis, figures: Sequence[Figure] = (), folder: str | Path = '.') -> str:
     """The page; ``figures`` are PNGs in ``folder``, which are put into it."""
     d = diagnosis
@@ -64,7 +68,11 @@ def render(diagnosis: Diagnosis, figures: Sequence[Figure] = (), folder: str | P
         _findings(d),
         _fit(d),
         _values('Parameters of the muscle', d.calibration, 'Fitted to the recordings.'),
-        _values('Sensors and set-up', d.sensors, f'Differences of the rig; they stay out of {IMPROVED}.'),
+        _values(
+            'Sensors and set-up',
+            d.sensors,
+            f'Differences of the rig; but for a room that all recordings share, they stay out of {IMPROVED}.',
+        ),
         _not_testable(d),
         _unexplained(d),
         _next(d),
@@ -100,6 +108,9 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[str]], text_columns: Se
         numeric = ('' if k in text_columns else ' class="n"' for k in range(len(cells)))
         return ''.join(f'<{tag}{n}>{escape(cell)}</{tag}>' for n, cell in zip(numeric, cells, strict=True))
 
+    rows = [list(cells) for cells in rows]
+    if heads[-1] in _IF_ANY and not any(cells[-1] for cells in rows):
+        heads, rows = heads[:-1], [cells[:-1] for cells in rows]
     body = ''.join(f'<tr>{row("td", cells)}</tr>\n' for cells in rows)
     return f'<div class="wide"><table>\n<tr>{row("th", heads)}</tr>\n{body}</table></div>'
 
@@ -168,13 +179,17 @@ def _fit(d: Diagnosis) -> str:
             channel,
             *(error_text(channel, e) for e in (f.nominal, f.calibrated, f.improved, f.noise)),
             'yes' if f.held_out else 'no',
+            error_text(channel, f.replayed),
         ]
         for channel, f in d.fit.items()
     ]
-    heads = ['channel', 'nominal', 'recalibrated', 'improved', 'noise', 'improved is held out']
+    heads = ['channel', 'nominal', 'recalibrated', 'improved', 'noise', 'improved is held out', f'{IMPROVED} replayed']
     return _section(
         'Fit',
-        _soft('Root mean square error, free-running from the recorded inputs. Held out: on data not used for the fit.'),
+        _soft(
+            'Root mean square error, free-running from the recorded inputs. Held out: on data not used for the fit. '
+            'Replayed: on every sample of these recordings, without what belongs to their sensors and their start.'
+        ),
         _table(heads, rows, (0, 5)),
     )
 
@@ -219,8 +234,9 @@ def _next(d: Diagnosis) -> str:
     p = d.next_experiment
     first, second = (plain(name) for name in p.separates)
     length = p.repeat * sum(step.duration for step in p.steps)
-    said = f'{plain(p.name)}, {length:.0f} s, separates {first} from {second} with probability {percent(p.power)}.'
-    return _section('Next experiment', f'<p>{escape(said)} {escape(p.reason)} It is in <code>{PROTOCOL}</code>.</p>')
+    said = f'{plain(p.name)}, {length:.0f} s: {p.reason.rstrip(".")}.'
+    said = f'{said[0].upper()}{said[1:]} It separates {first} from {second} with probability {chance(p.power)}.'
+    return _section('Next experiment', f'<p>{escape(said)} It is in <code>{PROTOCOL}</code>.</p>')
 
 
 def _recordings(d: Diagnosis) -> str:

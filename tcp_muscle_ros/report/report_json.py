@@ -130,6 +130,7 @@ def _fit(f: ChannelFit) -> dict[str, object]:
         'rmse_improved': f.improved,
         'noise': f.noise,
         'held_out': f.held_out,
+        'rmse_replayed': f.replayed,
     }
 
 

@@ -9,6 +9,7 @@ from tcp_muscle_ros.report.tables import table
 from tcp_muscle_ros.report.words import (
     VERDICTS,
     at_edge,
+    chance,
     digits_text,
     error_text,
     number,
@@ -36,9 +37,11 @@ def summary(diagnosis: Diagnosis, report: object = None) -> str:
         lines.append('not testable here: ' + ', '.join(plain(n.effect) for n in d.not_testable))
     if d.next_experiment:
         first, second = (plain(name) for name in d.next_experiment.separates)
-        power = percent(d.next_experiment.power)
+        power = chance(d.next_experiment.power)
         lines.append(f'next: {PROTOCOL} separates {first} from {second} with probability {power}')
     lines = [shorten(line, WIDTH, placeholder=' ...') if len(line) > WIDTH else line for line in lines]
+    room = LINES - 1 - len(lines)
+    lines += [line for note in d.notes for line in wrap(f'note: {note}', WIDTH, subsequent_indent='  ')][: max(room, 0)]
     if report is not None:  # a path is never cut
         lines.append(f'report: {report}')
     return '\n'.join(lines)

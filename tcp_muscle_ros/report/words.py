@@ -92,7 +92,7 @@ def digits_text(value: Value) -> tuple[str, str, str]:
     if not (isfinite(width) and width > 0.0 and 1e-3 <= largest < 1e6):
         first, second, third = (number(x) for x in numbers)
     else:
-        decimals = min(max(1 - floor(log10(width)), 0), 6)
+        decimals = min(max(1 - floor(log10(width)), 0), 9)
         first, second, third = (f'{x:.{decimals}f}' if isfinite(x) else '-' for x in numbers)
     return first, second, third
 
@@ -139,7 +139,12 @@ def percent(share: float) -> str:
     return f'{100.0 * share:.0f} %' if isfinite(share) else '-'
 
 
+def chance(probability: float) -> str:
+    """A probability as per cent; an expected one is never certain."""
+    return '> 99 %' if probability > 0.99 else '< 1 %' if probability < 0.01 else percent(probability)
+
+
 def meaning(effect: str, parameter: str) -> str:
     """What a parameter of an effect is, from the one table."""
     rows = EFFECTS[effect].parameters if effect in EFFECTS else ()
-    return next((row.meaning for row in rows if row.name == parameter), '')
+    return next((row.meaning for row in rows if row.name == parameter.split(maxsplit=1)[0]), '')

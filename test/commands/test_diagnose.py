@@ -14,6 +14,7 @@ from tcp_muscle_ros.commands.diagnose import with_issues
 from tcp_muscle_ros.diagnosis.experiment import prepare
 from tcp_muscle_ros.parameter_file import read
 from tcp_muscle_ros.recording.bag_writer import write_recording
+from tcp_muscle_ros.recording.mending import Mended
 from tcp_muscle_ros.recording.recording import Channel, Recording
 from tcp_muscle_ros.report.report_json import schema
 
@@ -42,22 +43,27 @@ def test_the_checks_of_the_recordings_are_in_the_report():
     recording.channels['displacement'] = Channel('displacement', stroke.time[kept], stroke.value[kept], 'displacement')
     experiment = prepare(recording, NOMINAL, most=1000)
 
-    (summary,) = with_issues(diagnosis, [recording], [experiment]).recordings
+    mended = [Mended((recording,), ())]
+    (summary,) = with_issues(diagnosis, [recording], mended, [experiment]).recordings
     told = '\n'.join(summary.issues)
     assert 'displacement: no sample for 12.2 s from 99.900 s' in told
     assert 'averaged in blocks of up to so many samples: temperature (4)' in told
     assert summary.issues.count('the bag was cut short') == 1
     assert np.isfinite(summary.duration)
 
-    again = with_issues(with_issues(diagnosis, [recording], [experiment]), [recording], [experiment])
+    again = diagnosis
+    for _ in range(2):
+        again = with_issues(again, [recording], mended, [experiment])
     assert again.recordings == (summary,)
 
 
 @pytest.mark.processes
 @pytest.mark.slow
 def test_an_interrupted_diagnosis_leaves_a_partial_report(bag, tmp_path):
+    bags = [str(bag)] * 40  # long enough to be caught at it
+    # Who starts the tests in the background has SIGINT ignored, and that is inherited.
     process = subprocess.Popen(
-        [*TOOL, 'diagnose', *[str(bag)] * 12, '--output', str(tmp_path / 'report')],  # long enough to be caught at it
+        ['env', '--default-signal=INT', *TOOL, 'diagnose', *bags, '--output', str(tmp_path / 'report')],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -93,3 +93,38 @@ def test_without_input_or_output_one_line_says_so():
         prepare(recording(displacement=(TIME, CURRENT)), NOMINAL)
     with pytest.raises(BadInput, match='nothing to compare'):
         prepare(recording(current=(TIME, CURRENT)), NOMINAL)
+
+
+@pytest.mark.parametrize('with_force', [False, True])
+def test_before_the_first_load_message_the_stated_load_pulls_or_the_force_that_was_measured(with_force):
+    time = np.arange(0.0, 20.0, 0.1)
+    channels = {
+        'current': Channel('current', time, np.where(time > 5.0, 0.2, 0.0), 'current'),
+        'displacement': Channel('displacement', time, 1e-3 * time, 'displacement'),
+        'load': Channel('load', np.array([3.0, 9.0]), np.array([1.0, 0.5]), 'load'),
+    }
+    if with_force:
+        force = np.where(time < 3.0, 0.6, np.where(time < 9.0, 1.0, 0.5))
+        channels['force'] = Channel('force', time, force, 'force')
+    stated = None if with_force else Conditions(load=0.6)
+    imposed = prepare(Recording('bag', channels, 0, {'end': 'load'}), NOMINAL, stated).imposed
+    at = np.searchsorted(imposed.time, [0.0, 2.0, 4.0, 10.0])
+    assert imposed.load[at] == pytest.approx([0.6, 0.6, 1.0, 0.5])
+
+
+def test_a_load_message_that_came_late_is_put_right_by_the_force():
+    time = np.arange(0.0, 20.0, 0.1)
+    force = np.where(time < 9.0, 1.0, 0.5)
+    channels = {
+        'current': Channel('current', time, np.where(time > 5.0, 0.2, 0.0), 'current'),
+        'displacement': Channel('displacement', time, 1e-3 * time, 'displacement'),
+        'load': Channel('load', np.array([0.0, 9.4]), np.array([1.0, 0.5]), 'load'),
+        'force': Channel('force', time, force, 'force'),
+    }
+    known = {'end': 'load'}
+    imposed = prepare(Recording('bag', channels, 0, known), NOMINAL).imposed
+    assert imposed.load[np.searchsorted(imposed.time, [8.85, 9.05, 9.25])] == pytest.approx([1.0, 0.5, 0.5])
+    noisy = force + 0.01 * np.random.default_rng(1).normal(size=time.size)
+    channels['force'] = Channel('force', time, noisy, 'force')
+    imposed = prepare(Recording('bag', channels, 0, known), NOMINAL).imposed
+    assert imposed.load[np.searchsorted(imposed.time, [8.85, 9.25, 9.45])] == pytest.approx([1.0, 1.0, 0.5])

@@ -44,7 +44,7 @@ CONTRACT = {
         'indistinguishable_from',
         'held_out',
     },
-    'fit': {'rmse_nominal', 'rmse_calibrated', 'rmse_improved', 'noise', 'held_out'},
+    'fit': {'rmse_nominal', 'rmse_calibrated', 'rmse_improved', 'noise', 'held_out', 'rmse_replayed'},
     'not_testable': {'effect', 'why'},
     'unexplained': {'stage', 'channel', 'share', 'driver', 'interval_s'},
     'next_experiment': {'separates', 'protocol', 'power'},

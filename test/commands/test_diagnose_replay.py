@@ -1,0 +1,59 @@
+"""improved.yaml gives the report's own numbers when it is replayed on the diagnosed bags."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from commands import faulty_bags as bags
+
+from tcp_muscle_ros.parameter_file import read
+from tcp_muscle_ros.tool import main
+
+
+@pytest.fixture(scope='module')
+def diagnosed(tmp_path_factory):
+    """Three bags at three loads in a room of 24 degC, which the nominal parameters do not say."""
+    folder = tmp_path_factory.mktemp('replay')
+    paths = [str(bags.write_bag(folder / f'bag_{k}', *bags.sound(load))) for k, load in enumerate((0.3, 0.6, 1.0))]
+    assert main(['diagnose', *paths, '--output', str(folder / 'report')]) == 0
+    return paths, folder / 'report' / 'improved.yaml', json.loads((folder / 'report' / 'report.json').read_text())
+
+
+def replayed(path, params, capsys):
+    """RMSE and number of samples by channel, from the table that ``tcp_muscle replay`` prints (SI)."""
+    capsys.readouterr()
+    assert main(['replay', path, '--params', str(params)]) == 0
+    found = {}
+    for line in capsys.readouterr().out.splitlines():
+        row = re.match(r'(temperature|resistance|displacement) +(\d+) +(\S+) (K|ohm|mm)', line)
+        if row:
+            found[row[1]] = float(row[3]) * (1e-3 if row[4] == 'mm' else 1.0), int(row[2])
+    return found
+
+
+@pytest.mark.slow
+def test_a_replay_of_the_improved_muscle_gives_the_numbers_of_the_report(diagnosed, capsys):
+    paths, params, report = diagnosed
+    tables = [replayed(path, params, capsys) for path in paths]
+    for name, fit in report['fit'].items():
+        rmse, count = np.array([table[name] for table in tables]).T
+        assert np.sqrt(np.average(rmse**2, weights=count)) == pytest.approx(fit['rmse_replayed'], rel=2e-3)
+
+
+@pytest.mark.slow
+def test_without_faults_of_sensors_that_is_the_error_on_unseen_data(diagnosed):
+    _, _, report = diagnosed
+    assert report['findings'] == []
+    for name, fit in report['fit'].items():
+        assert fit['held_out'] is True
+        assert fit['rmse_replayed'] == pytest.approx(fit['rmse_improved'], rel=0.15), name
+        assert fit['rmse_replayed'] < 0.2 * fit['rmse_nominal']
+
+
+@pytest.mark.slow
+def test_the_room_of_the_recordings_goes_into_the_improved_file(diagnosed):
+    _, params, report = diagnosed
+    rooms = [report['calibration'][name]['value'] for name in report['sensors'] if name.startswith('ambient')]
+    assert read(params).operating['ambient_temperature_c'] == pytest.approx(np.median(rooms), abs=1e-6)
+    assert len(rooms) == 3
