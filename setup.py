@@ -55,6 +55,8 @@ setup(
     ],
     extras_require={
         'ros': pinned('ros.txt'),
+        'bench': pinned('bench.txt'),
+        'cluster': ['distributed>=2024.1'],
         'test': ['pytest', 'hypothesis', 'psutil', 'jsonschema'],
     },
     entry_points={
