@@ -1,4 +1,5 @@
 """The proof: recordings made by physics of its own, labels sealed, a diagnosis scored against them.
 
-Nothing here imports the package under test. What it hands over are rosbag2 bags, what it takes back is report.json.
+What makes recordings and labels imports nothing from the package under test, and what scores neither: they hand over
+rosbag2 bags and take back report.json. Only tool.py, the alternatives and prove.py know the package.
 """

@@ -1,47 +1,162 @@
 """What a diagnosis has to be better than: other ways to answer the same cases, scored by the same proof.score.
 
-A runner reads the bags of one case and returns a report in the schema of the diagnosis (at least verdict, findings and
-fit). It is entered under its name with @runner and run with
+Each begins from the same calibrated muscle, at 500 samples a channel. `recalibration` stops there; `whiteness_bic` adds
+effects of the catalogue while a criterion for white noise falls; `sparse_regression` fits a library of terms to the
+residual; `black_box` corrects the outputs freely and names nothing; `oracle` refits the true effects, and alone reads
+the labels.
 
-python -m proof.alternatives NAME DIR REPORTS
+python -m proof.alternatives DIR REPORTS --labels LABELS [--held-out DIR2] [--only NAME]
 """
 
 import argparse
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-Runner = Callable[[Path], dict[str, Any]]
+import numpy as np
 
-# Wanted: recalibration (parameters only), whiteness_bic (forward selection), pysindy (sparse regression on the
-# residual), black_box (a free correction), oracle (the true effect refitted; it alone may read the labels).
-RUNNERS: dict[str, Runner] = {}
+from proof.tool import (
+    HELD_OUT,
+    REPORT,
+    Case,
+    Replayed,
+    errors,
+    experiments_of,
+    replay,
+    write_muscle,
+)
+from tcp_muscle_ros.diagnosis.calibration import left_over_noise
+from tcp_muscle_ros.diagnosis.candidates import Candidate, Screen
+from tcp_muscle_ros.diagnosis.fitting import FLOATING_ZERO, Fit, fit
+from tcp_muscle_ros.diagnosis.selection import grow
+from tcp_muscle_ros.muscle import EFFECTS, Parameters
+from tcp_muscle_ros.report.protocol_file import physics_only
+from tcp_muscle_ros.report.report_json import IMPROVED
+
+# By channel, what is to be added to the prediction of a free run (SI).
+Correction = Callable[[Replayed], dict[str, np.ndarray]]
+Label = dict[str, Any]
 
 
-def runner(name: str) -> Callable[[Runner], Runner]:
-    """Enter the decorated function under its name."""
+@dataclass(frozen=True)
+class Outcome:
+    """What an alternative ends with: what it names, strongest first, the muscle, and what it adds to its outputs."""
 
-    def enter(function: Runner) -> Runner:
-        RUNNERS[name] = function
-        return function
+    named: tuple[str, ...]
+    muscle: Parameters
+    correction: Correction | None = None
+    unexplained: bool = False
 
-    return enter
+    def report(self) -> dict[str, Any]:
+        """In the schema of the diagnosis, as far as the scores read it."""
+        findings = [{'effect': n, 'stage': EFFECTS[n].stage, 'indistinguishable_from': []} for n in self.named]
+        stages = {EFFECTS[n].stage for n in self.named}
+        verdict = 'unexplained' if self.unexplained else 'wrong_parameters'
+        if stages:
+            verdict = 'missing_physics' if stages != {'sensor'} else 'sensor_or_setup'
+        return {
+            'schema': 'tcp_muscle_ros/diagnosis-1',
+            'verdict': verdict,
+            'findings': sorted(findings, key=lambda f: f['stage'] == 'sensor'),
+            'unexplained': {'stage': None} if self.unexplained else None,
+        }
+
+
+def recalibration(case: Case, label: Label) -> Outcome:
+    """The paper's parameters and nothing else."""
+    return Outcome((), case.calibration.parameters)
+
+
+def oracle(case: Case, label: Label) -> Outcome:
+    """The true effects in the catalogue's form, refitted; those that no catalogue holds stay out."""
+    fitted = case.calibration.fit
+    true = [e['effect'] for e in label['effects'] if e['effect'] in EFFECTS]
+    for effect in true:
+        fitted = grow(fitted, start_of(fitted, effect), rounds=15)
+    for _ in range(2 if true else 0):
+        fitted = fit(fitted.problem.with_noise(left_over_noise(fitted)), fitted.z, rounds=10, tolerance=1e-5)
+    return Outcome(tuple(true), physics_only(fitted.muscle))
+
+
+def start_of(fitted: Fit, effect: str) -> Candidate:
+    """Where to start the refit of an effect: the best of its variants in linear approximation."""
+    found = Screen.of(fitted).candidates(effect)
+    return max(found, key=lambda candidate: candidate.worth)
+
+
+def whiteness_bic(case: Case, label: Label) -> Outcome:
+    """See proof.whiteness."""
+    from proof.whiteness import select
+
+    named, fitted, white = select(case)
+    return Outcome(named, physics_only(fitted.muscle), unexplained=not white)
+
+
+def sparse_regression(case: Case, label: Label) -> Outcome:
+    """See proof.sparse."""
+    from proof.sparse import regress
+
+    named, correction = regress(case)
+    return Outcome(named, case.calibration.parameters, correction)
+
+
+def black_box(case: Case, label: Label) -> Outcome:
+    """See proof.black_box."""
+    from proof.black_box import learn
+
+    return Outcome((), case.calibration.parameters, learn(case))
+
+
+RUNNERS: dict[str, Callable[[Case, Label], Outcome]] = {
+    function.__name__: function for function in (recalibration, whiteness_bic, sparse_regression, black_box, oracle)
+}
+
+
+def corrected(replayed: Replayed, correction: Correction) -> Replayed:
+    """The free run with a correction added; a zero that floats is found anew."""
+    added = correction(replayed)
+    left = {}
+    for name, was in replayed.left.items():
+        now = was - added.get(name, 0.0)
+        left[name] = now - now.mean() if name in FLOATING_ZERO else now
+    return Replayed(replayed.experiment, replayed.outputs, left)
+
+
+def run(
+    folder: Path, reports: Path, label: Label, held_out: Path | None = None, names: Sequence[str] = tuple(RUNNERS)
+) -> None:
+    """Run alternatives on one case: REPORTS/<name>/<case>/{report.json, improved.yaml, held_out.json}."""
+    case = Case(folder)
+    unseen = experiments_of(held_out / case.name, case.nominal, case.most) if held_out else []
+    for name in names:
+        out = reports / name / case.name
+        if (out / REPORT).is_file():
+            continue
+        out.mkdir(parents=True, exist_ok=True)
+        outcome = RUNNERS[name](case, label)
+        write_muscle(out / IMPROVED, outcome.muscle)
+        if unseen:
+            runs = [replay(experiment, outcome.muscle) for experiment in unseen]
+            if outcome.correction:
+                runs = [corrected(one, outcome.correction) for one in runs]
+            (out / HELD_OUT).write_text(json.dumps(errors(runs)) + '\n', encoding='utf-8')
+        (out / REPORT).write_text(json.dumps(outcome.report(), indent=1) + '\n', encoding='utf-8')
 
 
 def main(arguments: list[str] | None = None) -> int:
     """The command."""
     parser = argparse.ArgumentParser(prog='python -m proof.alternatives', description=__doc__.splitlines()[0])
-    parser.add_argument('name', choices=sorted(RUNNERS))
     parser.add_argument('directory', type=Path)
     parser.add_argument('reports', type=Path)
+    parser.add_argument('--labels', type=Path, required=True)
+    parser.add_argument('--held-out', type=Path)
+    parser.add_argument('--only', choices=list(RUNNERS), action='append')
     chosen = parser.parse_args(arguments)
-    for case in sorted(path for path in chosen.directory.iterdir() if path.is_dir()):
-        report = RUNNERS[chosen.name](case)
-        folder = chosen.reports / case.name
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / 'report.json').write_text(json.dumps(report, indent=1) + '\n', encoding='utf-8')
+    for label in json.loads(chosen.labels.read_text(encoding='utf-8'))['cases']:
+        run(chosen.directory / label['case'], chosen.reports, label, chosen.held_out, chosen.only or tuple(RUNNERS))
     return 0
 
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from proof.cases import SUITES, Case, composition, make_case, signals_of
-from proof.protocols import experiment
+from proof.protocols import unseen
 from proof.recordings import START_NS, instrument, write
 from proof.truth import Experiment, Signals, observe
 from proof.visibility import visibility
@@ -51,8 +51,8 @@ def write_case(case: Case, directory: Path, held_out: Path | None = None) -> dic
     if held_out:
         (held_out / case.name).mkdir(parents=True)
         k = len(case.experiments)
-        unseen = experiment(case.lab, 'paper', case.rng(900))
-        write_recording(case, k, unseen, observe(case.bench, unseen, k, signals[-1].dose), held_out)
+        further = unseen(case.lab, case.experiments, case.rng(900))
+        write_recording(case, k, further, observe(case.bench, further, k, signals[-1].dose), held_out)
     if case.nominal:
         lines = ['/**:', '  ros__parameters:', *(f'    {name}: {value!r}' for name, value in case.nominal.items())]
         (folder / 'parameters.yaml').write_text('\n'.join(lines) + '\n', encoding='utf-8')

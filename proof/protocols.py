@@ -251,3 +251,24 @@ def plan(lab: Lab, shown_by: Sequence[str], rng: np.random.Generator, *, count: 
 def experiment(lab: Lab, name: str, rng: np.random.Generator) -> Experiment:
     """One recording by the name of its protocol."""
     return build(lab, name, PROTOCOLS[name](lab, rng), rng, blocked=name == 'blocked')
+
+
+def unseen(lab: Lab, seen: Sequence[Experiment], rng: np.random.Generator) -> Experiment:
+    """For held-out data: cycles, load steps hot and cold, and reversals, at currents that no other protocol uses.
+
+    The loads lie between those of the recordings seen, so that what is asked could be learnt from them.
+    """
+    loads = np.concatenate([e.load for e in seen])
+    least, most = float(loads.min()), float(loads.max())
+    light, low, middle, high = (round(least + share * (most - least), 4) for share in (0.12, 0.35, 0.6, 0.88))
+    full, held = round(0.97 * lab.top, 3), round(0.85 * lab.top, 3)
+    steps = [
+        *_cycles(lab, [full], light, on=30.0, off=40.0),
+        *_cycles(lab, [full, round(0.74 * lab.top, 3)], middle, on=28.0, off=38.0),
+        Step(35.0, held, low),
+        *(Step(10.0, held, load) for load in (high, middle, low)),
+        *(Step(12.0, round(share * lab.top, 3), low) for share in (0.62, 0.95, 0.66, 0.92)),
+        Step(35.0, 0.0, low),
+        *(Step(8.0, PROBE, load) for load in (high, light, low)),
+    ]
+    return build(lab, 'unseen', steps, rng)

@@ -1,10 +1,12 @@
 """Open the sealed labels and score the reports of a diagnosis against them.
 
-python -m proof.score DIR REPORTS --labels LABELS [--json FILE] [--log FILE]
+python -m proof.score DIR REPORTS --labels LABELS [--beside DIR2] [--json FILE] [--log FILE]
 
-DIR is what proof.generate wrote (its SEAL is checked), REPORTS has <case>/report.json in the schema of the diagnosis. A
-case without a report is a failure wherever something was to be found, and does not count as silence on a null or a
-decoy. Every scoring of a sealed suite is appended to the log.
+DIR is what proof.generate wrote (its SEAL is checked), REPORTS has <case>/report.json in the schema of the diagnosis
+and <case>/held_out.json, the free-run errors on recordings that were not given to it; DIR2 has the same of the
+alternatives `recalibration` and `oracle`, between which the held-out gap lies. A case without a report is a failure
+wherever something was to be found, and does not count as silence on a null or a decoy. Every scoring of a sealed suite
+is appended to the log.
 """
 
 import argparse
@@ -12,8 +14,8 @@ import hashlib
 import json
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from itertools import pairwise
 from pathlib import Path
@@ -24,6 +26,9 @@ import numpy as np
 LOG = Path(__file__).parent / 'sealed_runs.jsonl'
 ALIKE = 0.85  # likeness from which a pair is taken as truly ambiguous
 PEAKS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, np.inf)  # bins of the power curve, in noise units
+STRENGTHS = (-0.25, 0.0, 0.25, 0.5, 0.75, 1.001)  # and by strength: 0 is barely visible, 1 obvious
+REACH = 1.1  # the recalibrated error must be so much larger than the oracle's for a gap to be there
+NO_LIMIT = {'recalibration': None, 'oracle': None}
 
 
 def wilson(hits: int, n: int, z: float = 1.96) -> tuple[float, float]:
@@ -42,6 +47,8 @@ class Answer:
 
     label: dict[str, Any]
     report: dict[str, Any] | None
+    held_out: dict[str, float] | None = None  # root mean square by channel, SI
+    limits: Mapping[str, dict[str, float] | None] = field(default_factory=lambda: NO_LIMIT)
 
     @property
     def verdict(self) -> str:
@@ -99,22 +106,33 @@ def matched(findings: Sequence[dict[str, Any]], truth: Sequence[str]) -> bool:
     )
 
 
+def held_out_error(answer: Answer, errors: Mapping[str, float] | None) -> float | None:
+    """One number for the free run on unseen recordings: root mean square over the channels, in noise units."""
+    noise = answer.label['noise']
+    shares = [errors[name] / noise[name] for name in errors if name in noise] if errors else []
+    return float(np.sqrt(np.mean(np.square(shares)))) if shares else None
+
+
+def gap(answer: Answer) -> tuple[float, float] | None:
+    """The held-out errors of the recalibrated muscle and of the oracle, where effects were there to be gained."""
+    before, best = (held_out_error(answer, answer.limits[name]) for name in ('recalibration', 'oracle'))
+    return (before, best) if before and best and before > REACH * best else None
+
+
 def gap_closed(answer: Answer) -> float | None:
-    """How far the improved model went from the recalibrated one to the noise, as a share, in the worst channel."""
-    best: tuple[float, float] | None = None
-    for channel, fit in ((answer.report or {}).get('fit') or {}).items():
-        noise = answer.label['noise'].get(channel)
-        before, after = fit.get('rmse_calibrated'), fit.get('rmse_improved')
-        if noise is None or before is None or after is None or before < 1.1 * noise:
-            continue
-        misfit = before / noise
-        if best is None or misfit > best[0]:
-            best = misfit, (before - after) / (before - noise)
-    return best[1] if best else None
+    """How far the improved muscle went from the recalibrated one to the oracle; without a report nowhere."""
+    found = gap(answer)
+    if not found:
+        return None
+    before, best = found
+    after = held_out_error(answer, answer.held_out)
+    return 0.0 if after is None else (before - after) / (before - best)
 
 
-def read(directory: Path, reports: Path, labels: Path) -> tuple[dict[str, Any], list[Answer]]:
-    """The labels, if they are those that were sealed, with the reports."""
+def read(
+    directory: Path, reports: Path, labels: Path, beside: Path | None = None
+) -> tuple[dict[str, Any], list[Answer]]:
+    """The labels, if they are those that were sealed, with the reports. beside: the folder of the alternatives."""
     seal = (directory / 'SEAL').read_text(encoding='utf-8').split()[0]
     found = hashlib.sha256(labels.read_bytes()).hexdigest()
     if found != seal:
@@ -122,10 +140,15 @@ def read(directory: Path, reports: Path, labels: Path) -> tuple[dict[str, Any], 
     suite = json.loads(labels.read_text(encoding='utf-8'))
     answers = []
     for label in suite['cases']:
-        path = reports / label['case'] / 'report.json'
-        report = json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
-        answers.append(Answer(label, report))
+        name = label['case']
+        limits = {k: _json(beside / k / name / 'held_out.json') if beside else None for k in NO_LIMIT}
+        report = _json(reports / name / 'report.json')
+        answers.append(Answer(label, report, _json(reports / name / 'held_out.json'), limits))
     return {'suite': suite['suite'], 'seed': suite['seed'], 'seal': seal}, answers
+
+
+def _json(path: Path) -> dict[str, Any] | None:
+    return json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
 
 
 Row = dict[str, Any]
@@ -156,24 +179,30 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
     unseen = [a for a in of['single'] if not a.truth]
     two = [a for a in of['double'] if len(a.truth) == 2]
     three = [a for a in of['triple'] if len(a.truth) == 3]
-    solved = [a for a in seen if a.findings and a.label['effects'][0]['effect'] in named(a.findings[0])]
-    gaps = [g for a in [*seen, *two, *three] if (g := gap_closed(a)) is not None]
-    inside = [i for a in [*nulls, *decoys, *solved] if a.label['kind'] != 'decoy' or a.physics == []
-              for i in covered(a)]  # fmt: skip
+    solved = [a for a in seen if in_first_set(a)]
+    bench = [*seen, *two, *three]
+    gaps = [g for a in bench if (g := gap_closed(a)) is not None]
+    ratios = [r for a in bench if (r := left_over(a)) is not None]
+    # not the decoys: a muscle without its sensor's fault is right, and further from a faulty recording
+    muscles = [a for a in answers if a.label['kind'] != 'decoy' and a.held_out and a.limits['recalibration']]
+    plain = [*nulls, *(a for a in decoys if a.label['what'] in ('wrong_parameters', 'coloured_noise')), *solved]
+    inside = [i for a in plain for i in covered(a)]
     return [
         rate('reports written', '100 %', answers, lambda a: a.report is not None),
         rate('false physics on nulls', '<= 2 %', nulls, lambda a: bool(a.physics)),
+        rate('nulls: any alarm (physics, sensor, unexplained)', '', nulls, lambda a: bool(a.findings) or flagged(a)),
         rate('decoys named as physics', '<= 3 %', decoys, lambda a: bool(a.physics)),
         rate('verdict right on decoys', '', decoys, right),
         rate('stage right, singles', '>= 98 %', seen, lambda a: a.stage() in a.stages),
         rate('single named first', '>= 90 %', seen, lambda a: bool(a.findings) and a.findings[0]['effect'] in a.truth),
-        rate('single in the reported set', '>= 97 %', seen, lambda a: a in solved),
+        rate('single in the reported set', '>= 97 %', seen, in_first_set),
         rate('single, nothing else named', '', seen, lambda a: matched(a.findings, a.truth)),
         number('mean size of the set', '<= 1.5', [len(named(a.findings[0])) for a in seen if a.findings], np.mean),
         rate('undetectable single: no false name', '', unseen, lambda a: not a.physics or _true(a)),
         rate('two effects, exactly', '>= 75 %', two, exact),
         rate('two effects, as sets', '', two, lambda a: matched(a.findings, a.truth)),
         rate('two effects, one at least', '', two, lambda a: any(named(f) & set(a.truth) for f in a.findings)),
+        rate('three effects, exactly', '', three, exact),
         rate('three effects, as sets', '', three, lambda a: matched(a.findings, a.truth)),
         rate('unlisted flagged', '>= 85 %', unlisted, flagged),
         rate('unlisted flagged in its stage', '', unlisted, lambda a: flagged(a) and _flag_stage(a) in a.stages),
@@ -182,8 +211,27 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         rate('ambiguous: an experiment proposed', '', alike, lambda a: bool((a.report or {}).get('next_experiment'))),
         number('held-out gap closed, median', '>= 0.95', gaps, np.median),
         number('held-out gap closed, 10th percentile', '>= 0.80', gaps, lambda v: float(np.percentile(v, 10))),
+        number('held-out error left, of the recalibrated, median', '', ratios, np.median),
+        rate('held-out error made worse by a tenth', '', muscles, worse),
         {**rate('90 % intervals that cover', '85 to 95 %', [], lambda a: True), **_count(inside)},
     ]
+
+
+def in_first_set(answer: Answer) -> bool:
+    """Is the one true effect among those that the first finding stands for?"""
+    return bool(answer.findings) and answer.truth[0] in named(answer.findings[0])
+
+
+def left_over(answer: Answer) -> float | None:
+    """The held-out error as a share of the recalibrated one, where there is a gap."""
+    found, after = gap(answer), held_out_error(answer, answer.held_out)
+    return after / found[0] if found and after is not None else None
+
+
+def worse(answer: Answer) -> bool:
+    """Is the muscle further from unseen recordings than before?"""
+    before, after = (held_out_error(answer, e) for e in (answer.limits['recalibration'], answer.held_out))
+    return bool(before and after and after > REACH * before)
 
 
 def right(answer: Answer) -> bool:
@@ -210,11 +258,13 @@ def _count(inside: Sequence[bool]) -> Row:
 
 
 def covered(answer: Answer) -> list[bool]:
-    """For each parameter that truth and report share: is it within its interval?"""
+    """For each parameter that truth and report share and the data fix: is it within its interval?"""
     found = []
     for name, entry in ((answer.report or {}).get('calibration') or {}).items():
         true = answer.label['parameters'].get(name)
-        if true is not None and entry.get('low') is not None and entry.get('high') is not None:
+        if true is None or not entry.get('fixed_by_data', True):
+            continue
+        if entry.get('low') is not None and entry.get('high') is not None:
             found.append(bool(entry['low'] <= true <= entry['high']))
     return found
 
@@ -235,18 +285,30 @@ def both(answer: Answer) -> bool:
 
 
 def power_curve(answers: Sequence[Answer]) -> list[Row]:
-    """Singles by how far they stand out of the noise after a refit."""
+    """Singles by how far they stand out of the noise after a refit: their strongest 10 s, in noise units."""
+    return _curve(answers, 'peak', PEAKS, lambda answer: answer.peak)
+
+
+def strength_curve(answers: Sequence[Answer]) -> list[Row]:
+    """Singles by the strength with which they were concealed, 0 barely visible, 1 obvious."""
+    return _curve(answers, 'strength', STRENGTHS, lambda answer: float(answer.label['effects'][0]['strength']))
+
+
+def _curve(answers: Sequence[Answer], by: str, edges: Sequence[float], of: Callable[[Answer], float]) -> list[Row]:
     singles = [a for a in answers if a.label['kind'] == 'single']
     rows = []
-    for low, high in pairwise(PEAKS):
-        here = [a for a in singles if low <= a.peak < high]
-        label = f'{low:g} to {high:g}' if np.isfinite(high) else f'over {low:g}'
+    for low, high in pairwise(edges):
+        here = [a for a in singles if low <= of(a) < high]
         name = [a.label['effects'][0]['effect'] for a in here]
         first = sum(bool(a.findings) and a.findings[0]['effect'] == n for a, n in zip(here, name, strict=True))
         within = sum(bool(a.findings) and n in named(a.findings[0]) for a, n in zip(here, name, strict=True))
         anything = sum(bool(a.physics) or flagged(a) for a in here)
-        rows.append({'peak': label, 'n': len(here), 'first': first, 'in_set': within, 'anything': anything,
-                     'first_interval': wilson(first, len(here))})  # fmt: skip
+        rows.append({
+            by: f'{low:g} to {high:.3g}' if np.isfinite(high) else f'over {low:g}',
+            'centre': float(np.median([of(a) for a in here])) if here else None,
+            'n': len(here), 'first': first, 'in_set': within, 'anything': anything,
+            'first_interval': wilson(first, len(here)),
+        })  # fmt: skip
     return rows
 
 
@@ -282,6 +344,54 @@ def decoy_verdicts(answers: Sequence[Answer]) -> list[Row]:
     return rows
 
 
+def tables(answers: Sequence[Answer]) -> dict[str, Any]:
+    """Everything that is told of one way to answer."""
+    gaps = [(a.label['case'], g) for a in answers if a.label['kind'] in ('single', 'double', 'triple')
+            and len(a.truth) == len(a.label['effects']) and (g := gap_closed(a)) is not None]  # fmt: skip
+    return {
+        'cases': len(answers),
+        'scores': scores(answers),
+        'power_curve': power_curve(answers),
+        'strength_curve': strength_curve(answers),
+        'confusions': confusions(answers),
+        'decoys': decoy_verdicts(answers),
+        'gaps': dict(gaps),
+    }
+
+
+def brief(result: Mapping[str, Any]) -> dict[str, Any]:
+    """Value and number of each score."""
+    return {row['score']: [row['value'], row['n']] for row in result['scores']}
+
+
+def note(path: Path, event: str, **what: Any) -> None:
+    """Append to the log of sealed suites."""
+    entry = {'date': datetime.now(timezone.utc).isoformat(timespec='seconds'), 'event': event, **what}
+    with path.open('a', encoding='utf-8') as log:
+        log.write(json.dumps(entry) + '\n')
+
+
+def text(result: Mapping[str, Any]) -> str:
+    """All tables as text."""
+    lines = [table(result['scores'])]
+    for by, key in (
+        ('their strongest 10 s after a refit, in noise units', 'power_curve'),
+        ('strength', 'strength_curve'),
+    ):
+        lines.append(f'\nsingles by {by}: first / in set / anything of n')
+        for row in result[key]:
+            label = row.get('peak') or row.get('strength')
+            lines.append(f'  {label:>14s}  {row["first"]:3d} / {row["in_set"]:3d} / {row["anything"]:3d} of {row["n"]}')
+    lines.append('\nper effect: first / in set of n, said instead')
+    lines += [
+        f'  {row["effect"]:22s} {row["first"]:3d} / {row["in_set"]:3d} of {row["n"]:<4d} {row["instead"] or ""}'
+        for row in result['confusions']
+    ]
+    lines.append('\ndecoys: verdicts, physics named')
+    lines += [f'  {row["decoy"]:22s} {row["verdicts"]} {row["physics"] or ""}' for row in result['decoys']]
+    return '\n'.join(lines)
+
+
 def table(rows: Sequence[Row]) -> str:
     """The scores as text."""
     lines = []
@@ -291,7 +401,7 @@ def table(rows: Sequence[Row]) -> str:
             count = f'{row["hits"]}/{row["n"]}'
         else:
             value, count = ('-' if row['value'] is None else f'{row["value"]:.3f}'), str(row['n'])
-        lines.append(f'{row["score"]:38s} {value:24s} {count:>8s}   {row["aim"]}')
+        lines.append(f'{row["score"]:48s} {value:24s} {count:>8s}   {row["aim"]}')
     return '\n'.join(lines)
 
 
@@ -301,36 +411,18 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('directory', type=Path)
     parser.add_argument('reports', type=Path)
     parser.add_argument('--labels', type=Path, required=True)
+    parser.add_argument('--beside', type=Path, help='where the reports of recalibration and oracle are')
     parser.add_argument('--json', type=Path, help='write all tables here')
     parser.add_argument('--log', type=Path, default=LOG, help='where a scoring of a sealed suite is noted')
     chosen = parser.parse_args(arguments)
-    head, answers = read(chosen.directory, chosen.reports, chosen.labels)
-    result = {
-        **head,
-        'cases': len(answers),
-        'scores': scores(answers),
-        'power_curve': power_curve(answers),
-        'confusions': confusions(answers),
-        'decoys': decoy_verdicts(answers),
-    }
+    head, answers = read(chosen.directory, chosen.reports, chosen.labels, chosen.beside)
+    result = {**head, **tables(answers)}
     print(f'suite {head["suite"]}, seed {head["seed"]}, {len(answers)} cases, seal {head["seal"][:16]}')
-    print(table(result['scores']))
-    print('\nsingles by their strongest 10 s after a refit, in noise units: first / in set / anything of n')
-    for row in result['power_curve']:
-        print(f'  {row["peak"]:>10s}  {row["first"]:3d} / {row["in_set"]:3d} / {row["anything"]:3d} of {row["n"]}')
-    print('\nper effect: first / in set of n, said instead')
-    for row in result['confusions']:
-        print(f'  {row["effect"]:22s} {row["first"]:3d} / {row["in_set"]:3d} of {row["n"]:<4d} {row["instead"] or ""}')
-    print('\ndecoys: verdicts, physics named')
-    for row in result['decoys']:
-        print(f'  {row["decoy"]:22s} {row["verdicts"]} {row["physics"] or ""}')
+    print(text(result))
     if chosen.json:
         chosen.json.write_text(json.dumps(result, indent=1) + '\n', encoding='utf-8')
     if head['suite'] == 'sealed':
-        note = {'date': datetime.now(timezone.utc).isoformat(timespec='seconds'), **head, 'cases': len(answers)}
-        note['scores'] = {row['score']: [row['value'], row['n']] for row in result['scores']}
-        with chosen.log.open('a', encoding='utf-8') as log:
-            log.write(json.dumps(note) + '\n')
+        note(chosen.log, 'scored', **head, cases=len(answers), scores=brief(result))
     return 0
 
 

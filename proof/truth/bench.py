@@ -23,6 +23,9 @@ class Bench:
     wind: list[Alter] = field(default_factory=list)  # on the factor of hA
     slip: list[Alter] = field(default_factory=list)  # on the length added at each tick, m
     thermometer: list[Alter] = field(default_factory=list)  # on (T - ambient at the start), K
+    link: list[Callable[[Array, Array], Array]] = field(
+        default_factory=list
+    )  # f(displacement m, force N) -> displacement
     ruler: list[Alter] = field(default_factory=list)  # on the displacement, m
     meter: list[Alter] = field(default_factory=list)  # on the input as it is written down
     crosstalk: float = 0.0  # K/A into the thermometer
@@ -97,6 +100,8 @@ def observe(
     for alter in bench.thermometer:
         T = alter(time, T, recording)
     x = np.zeros_like(time) if experiment.blocked else zero - out[:, LENGTH]
+    for yielding in bench.link:
+        x = yielding(x, out[:, FORCE])
     for alter in bench.ruler:
         x = alter(time, x, recording)
     drive = experiment.drive

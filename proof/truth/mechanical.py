@@ -156,16 +156,21 @@ def coil_contact(d: Draw) -> Outcome:
 
 @effect('slack', 'mechanical', ('soft_dead_zone', 'loop_of_thread'), ('paper_light', 'light_hot', 'staircase'))
 def slack(d: Draw) -> Outcome:
-    """A slack link takes up the first millimetres of contraction."""
-    dead = d.between(0.0004, 0.005)
-    soft = d.any(1e-4, 3e-4)
+    """A slack link takes up the first millimetres of contraction; a load pulls it straight."""
+    dead = d.between(0.0006, 0.007)
+    soft, straight = d.any(1e-4, 3e-4), d.any(0.3, 0.6)  # m; N
 
-    def link(time: Array, x: Array, recording: int) -> Array:
+    def link(x: Array, force: Array) -> Array:
+        up = np.maximum(x, 0.0)
         if d.form == 0:
-            return soft * (np.logaddexp(0.0, (x - dead) / soft) - np.logaddexp(0.0, -dead / soft))
-        return np.where(x < 0.0, x, np.maximum(np.hypot(np.maximum(x, 0.0), dead) - dead, 0.0))
+            way = dead / (1.0 + (force / straight) ** 2)
+            taken = up - soft * (np.logaddexp(0.0, (up - way) / soft) - np.logaddexp(0.0, -way / soft))
+        else:
+            way = dead * np.maximum(1.0 - force / (3.0 * straight), 0.0)
+            taken = up - (np.hypot(up, way) - way)
+        return x - taken
 
-    return {'dead': dead}, lambda b: b.ruler.append(link)
+    return {'dead': dead, 'straight_at': straight}, lambda b: b.link.append(link)
 
 
 @effect('first_cycle', 'mechanical', ('threshold_elements', 'activated_elements'), ('paper', 'repeat', 'staircase'))

@@ -12,7 +12,7 @@ from proof.cases import FULL, PHYSICS, composition, make_case, signals_of
 from proof.extend import extend
 from proof.generate import generate
 from proof.recordings import Noise
-from proof.score import Answer, matched, read, scores, wilson
+from proof.score import read
 from proof.truth import EFFECTS
 from proof.visibility import Refit, stack, visibility
 
@@ -154,67 +154,3 @@ def test_an_experiment_can_be_added_to_a_sealed_case(suite, tmp_path):
     assert bag.name == f'recording_{before}'
     with AnyReader([bag]) as reader:
         assert reader.duration == pytest.approx(15e9, rel=0.02)
-
-
-# --- scores -----------------------------------------------------------------------------------------------------------
-
-
-def answer(kind: str, effects: list[str], findings: list[dict], verdict: str = 'missing_physics', **label) -> Answer:
-    visible = {'detectable': True, 'peak': {'temperature': 9.0}}
-    truth = [{'effect': e, 'stage': EFFECTS[e].stage, 'visibility': visible} for e in effects]
-    full = {
-        'kind': kind,
-        'effects': truth,
-        'verdicts': ['match'],
-        'noise': {},
-        'parameters': {'hA': 0.02},
-        'what': '',
-        **label,
-    }
-    return Answer(full, {'verdict': verdict, 'findings': findings})
-
-
-def finding(effect: str, *alike: str) -> dict:
-    return {'effect': effect, 'stage': EFFECTS[effect].stage, 'indistinguishable_from': list(alike)}
-
-
-def value(answers: list[Answer], name: str):
-    return next(row['value'] for row in scores(answers) if row['score'] == name)
-
-
-def test_scores_count_what_they_say():
-    answers = [
-        answer('single', ['creep'], [finding('creep')]),
-        answer('single', ['radiation'], [finding('natural_convection', 'radiation')]),
-        answer('single', ['friction'], []),
-        answer('null', [], []),
-        answer('null', [], [finding('creep')]),
-        answer('decoy', ['thermocouple_lag'], [finding('thermocouple_lag')]),
-        answer('double', ['creep', 'radiation'], [finding('natural_convection', 'radiation'), finding('creep')]),
-    ]
-    assert value(answers, 'single named first') == pytest.approx(1 / 3)
-    assert value(answers, 'single in the reported set') == pytest.approx(2 / 3)
-    assert value(answers, 'false physics on nulls') == 0.5
-    assert value(answers, 'decoys named as physics') == 0.0
-    assert value(answers, 'two effects, exactly') == 0.0
-    assert value(answers, 'two effects, as sets') == 1.0
-    assert value(answers, 'mean size of the set') == 1.5
-
-
-def test_a_missing_report_is_a_failure():
-    label = answer('single', ['creep'], []).label
-    assert value([Answer(label, None)], 'single named first') == 0.0
-    assert value([Answer(label, None)], 'reports written') == 0.0
-    assert value([Answer({**label, 'kind': 'null'}, None)], 'false physics on nulls') is None
-
-
-def test_sets_are_matched_one_to_one():
-    both = finding('creep', 'friction')
-    assert matched([both, finding('friction')], ['friction', 'creep'])
-    assert not matched([both, finding('radiation')], ['friction', 'creep'])
-    assert not matched([both], ['friction', 'creep'])
-
-
-def test_wilson_intervals_are_those_of_the_textbook():
-    assert wilson(0, 30) == pytest.approx((0.0, 0.1135), abs=1e-3)  # 0 of 30 only shows less than 11 %
-    assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-3)  # Newcombe 1998

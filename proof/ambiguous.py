@@ -1,0 +1,66 @@
+"""Do the proposed experiments decide? Each is run on the truth of its case, and the case diagnosed again with it.
+
+Counted are the cases of the suite whose pair truly cannot be told apart, whose report has the true effect in a set of
+several, and proposes an experiment. Resolved: the true effect is named first and its partner is no longer in the set.
+"""
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+from proof.extend import extend
+from proof.score import ALIKE, Answer, named, wilson
+
+REPORT, PROTOCOL = 'report.json', 'next_protocol.yaml'
+
+
+def asked(answer: Answer) -> bool:
+    """Is there a question that the proposed experiment can settle?"""
+    label = answer.label
+    if label['kind'] != 'ambiguous' or not answer.truth or not (answer.report or {}).get('next_experiment'):
+        return False
+    alike = label['effects'][0]['visibility'].get('likeness', 0.0) >= ALIKE
+    sets = [named(finding) for finding in answer.findings]
+    return alike and any(answer.truth[0] in s and len(s) > 1 for s in sets)
+
+
+def add_recording(case: str, cases: Path, reports: Path, labels: Path, output: Path) -> Path:
+    """Copy a case and record the experiment that its report proposes; the new folder."""
+    folder = output / case
+    if folder.is_dir():
+        shutil.rmtree(folder)
+    shutil.copytree(cases / case, folder)
+    extend(output, case, reports / case / PROTOCOL, labels)
+    return folder
+
+
+def resolved(answer: Answer, after: dict[str, Any] | None) -> bool:
+    """Is the true effect named first now, and not together with its partner?"""
+    findings = (after or {}).get('findings') or []
+    if not findings or findings[0]['effect'] != answer.truth[0]:
+        return False
+    return answer.label['partner'] not in named(findings[0])
+
+
+def summary(answers: list[Answer], reports: Path) -> dict[str, Any]:
+    """The rate of decisions, and what each case said before and after."""
+    rows = []
+    for answer in answers:
+        name = answer.label['case']
+        path = reports / name / REPORT
+        after = json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
+        rows.append({
+            'case': name,
+            'effect': answer.truth[0],
+            'partner': answer.label['partner'],
+            'before': [sorted(named(f)) for f in answer.findings],
+            'experiment': answer.report['next_experiment']['name'] if answer.report else None,
+            'power': answer.report['next_experiment']['power'] if answer.report else None,
+            'after': [[f['effect'], *f['indistinguishable_from']] for f in (after or {}).get('findings') or []],
+            'resolved': resolved(answer, after),
+        })  # fmt: skip
+    hits, n = sum(row['resolved'] for row in rows), len(rows)
+    low, high = wilson(hits, n)
+    rate = {'value': hits / n if n else None, 'hits': hits, 'n': n, 'low': low, 'high': high, 'aim': '>= 90 %'}
+    return {'score': 'proposed experiments that decide', **rate, 'cases': rows}

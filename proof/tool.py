@@ -1,0 +1,135 @@
+"""The package under test, as the proof uses it: read the bags of a case, diagnose it, replay what came out of it.
+
+This and the alternatives are all of the proof that knows the package; what makes recordings and labels does not.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from tcp_muscle_ros.commands.diagnose import prepared
+from tcp_muscle_ros.commands.model_arguments import DEFAULT_SET
+from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, quick_noise
+from tcp_muscle_ros.diagnosis.diagnose import diagnose
+from tcp_muscle_ros.diagnosis.experiment import Experiment, prepare
+from tcp_muscle_ros.diagnosis.findings import Diagnosis
+from tcp_muscle_ros.diagnosis.fitting import Fit, Problem, fit
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, base_unknowns
+from tcp_muscle_ros.muscle import Outputs, Parameters
+from tcp_muscle_ros.parameter_file import ParameterFile, read, write
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
+from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, write_json
+
+REPORT, HELD_OUT = 'report.json', 'held_out.json'
+QUICK = 500  # samples a channel for the alternatives and for held-out recordings
+ROUNDS = 12  # of fitting the start of a held-out recording
+
+
+@dataclass
+class Case:
+    """The recordings of one case, with what every alternative begins from."""
+
+    folder: Path
+    most: int = QUICK
+
+    @property
+    def name(self) -> str:
+        """Of its folder."""
+        return self.folder.name
+
+    @cached_property
+    def file(self) -> ParameterFile:
+        """The parameter file of the case, or the package's default."""
+        path = self.folder / 'parameters.yaml'
+        return read(str(path) if path.is_file() else DEFAULT_SET)
+
+    @property
+    def nominal(self) -> Parameters:
+        """The muscle as the lab believes it to be."""
+        return self.file.parameters
+
+    @cached_property
+    def experiments(self) -> list[Experiment]:
+        """All recordings, ready for the model."""
+        return experiments_of(self.folder, self.nominal, self.most)
+
+    @cached_property
+    def calibration(self) -> Calibration:
+        """The paper's parameters fitted to them."""
+        return calibrate(self.experiments, self.nominal)
+
+
+def experiments_of(folder: Path, nominal: Parameters, most: int) -> list[Experiment]:
+    """The recordings in a folder, ready for the model."""
+    return [prepare(read_bag(str(path)), nominal, None, most) for path in bags(folder)]
+
+
+def bags(folder: Path) -> list[Path]:
+    """The recordings in a folder in their order."""
+    return sorted(folder.glob('recording_*'), key=lambda path: int(path.name.rpartition('_')[2]))
+
+
+def diagnose_case(folder: Path, reports: Path, most: int, progress: Callable[[], None] | None = None) -> Diagnosis:
+    """What `tcp_muscle diagnose` says, without figures: improved.yaml, next_protocol.yaml, and report.json last."""
+    nominal = Case(folder).file
+    _, experiments = prepared([read_bag(str(path)) for path in bags(folder)], nominal, most)
+    found = diagnose(experiments, nominal.parameters, progress=progress)
+    out = reports / folder.name
+    out.mkdir(parents=True, exist_ok=True)
+    write_improved(out / IMPROVED, found, nominal.operating)
+    if found.next_experiment is not None:
+        write_protocol(out / PROTOCOL, found.next_experiment, experiments[0].holding)
+    write_json(out / REPORT, found)
+    return found
+
+
+def write_muscle(path: Path, muscle: Parameters) -> None:
+    """A parameter file that `improved` reads again."""
+    write(path, muscle)
+
+
+def improved(folder: Path) -> Parameters:
+    """The muscle that a report ends with."""
+    return read(str(folder / IMPROVED)).parameters
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A free run beside a recording: the model's outputs, and by channel recorded minus predicted (SI)."""
+
+    experiment: Experiment
+    outputs: Outputs
+    left: dict[str, np.ndarray]
+
+
+def replay(experiment: Experiment, muscle: Parameters) -> Replayed:
+    """Run a muscle freely under the recorded inputs.
+
+    Fitted is only what the recording brings of its own: the room, the temperature at the start, the zero of
+    displacement and force. They are no property of a muscle.
+    """
+    own = tuple(u for u in base_unknowns([experiment], muscle) if u.recording is not None)
+    problem = Problem((experiment,), muscle, own, quick_noise([experiment]))
+    return replayed(fit(problem, rounds=ROUNDS, tolerance=1e-5), 0)
+
+
+def replayed(fitted: Fit, k: int) -> Replayed:
+    """Recording k of a fit, with the room as it was fitted."""
+    experiment, values = fitted.problem.experiments[k], fitted.values
+    if (AMBIENT, k) in values:
+        room = np.full(experiment.imposed.time.size, values[AMBIENT, k])
+        experiment = replace(experiment, imposed=replace(experiment.imposed, ambient=room))
+    return Replayed(experiment, fitted.problem.outputs(values, k), fitted.problem.raw_residuals(values, k))
+
+
+def errors(runs: list[Replayed]) -> dict[str, float]:
+    """Root mean square by channel over all recordings (SI)."""
+    found: dict[str, list[np.ndarray]] = {}
+    for one in runs:
+        for name, left in one.left.items():
+            found.setdefault(name, []).append(left)
+    return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in found.items()}

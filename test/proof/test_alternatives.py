@@ -1,0 +1,86 @@
+"""The other ways to answer, on cases small enough to know what they have to say, and the run from end to end."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+pytest.importorskip('pysindy', reason='pysindy and scikit-learn come with requirements/proof.txt')
+
+from proof import alternatives, prove, sparse
+from proof.tool import Case
+from proof.whiteness import ljung_box
+from tcp_muscle_ros.muscle import EFFECTS
+
+FOLDERS = ('diagnosis', *alternatives.RUNNERS)
+
+
+def test_ljung_and_box_raise_an_alarm_on_coloured_noise_and_seldom_on_white():
+    rng = np.random.default_rng(1)
+    white = rng.standard_normal((400, 300))
+    coloured = lfilter([1.0], [1.0, -0.5], white)
+    assert np.mean([ljung_box(v) < 0.05 for v in white]) == pytest.approx(0.05, abs=0.03)
+    assert np.mean([ljung_box(v) < 0.05 for v in coloured]) > 0.99
+
+
+def test_terms_stand_for_effects_of_the_catalogue():
+    named = {effect for terms in sparse.TERMS.values() for _, plus, minus in terms.values() for effect in (plus, minus)}
+    assert named - {''} <= set(EFFECTS)
+    assert len(named) > 30
+
+
+def test_a_sparse_regression_finds_the_term_that_is_there_and_nothing_in_noise():
+    rng = np.random.default_rng(2)
+    examples, silent = [], []
+    for _ in range(3):
+        t = np.arange(0.0, 200.0, sparse.STEP)
+        T = 296.0 + 50.0 * np.abs(np.sin(2 * np.pi * t / rng.uniform(60.0, 90.0)))
+        F, H = np.full(t.size, 0.6), 0.15 - 0.0008 * (T - 296.0) + 0.01 * np.sin(t / 7.0)
+        s = sparse.State(t, T, T - 296.0, np.gradient(T, sparse.STEP), F, H, H[0] - H, F, np.zeros(t.size, dtype=int))
+        noise = 0.002 * rng.standard_normal(t.size)
+        examples.append((s, 0.8 * (H / H[0] - 1.0) + noise, np.zeros(t.size)))
+        silent.append((s, noise, np.zeros(t.size)))
+    found = sparse.stage(sparse.ELECTRICAL, examples)
+    assert [effect for _, effect in found.names()] == ['resistance_strain']
+    assert found.weights[list(sparse.ELECTRICAL).index('H/H0')] == pytest.approx(0.8, rel=0.05)
+    assert sparse.stage(sparse.ELECTRICAL, silent).names() == []
+
+
+@pytest.fixture(scope='module')
+def proven(tmp_path_factory):
+    """Two cases through every phase, and once more over what is already there."""
+    folder = tmp_path_factory.mktemp('proof')
+    arguments = ['--cases', '2', '--seed', '8', '--output', str(folder), '--samples', '300', '--jobs', '1']
+    assert prove.main(arguments) == 0
+    return folder, arguments
+
+
+@pytest.mark.slow
+def test_a_sample_is_proven_from_end_to_end(proven):
+    folder, _ = proven
+    for method in FOLDERS:
+        for name in ('case_0000', 'case_0001'):
+            report = json.loads((folder / 'reports' / method / name / 'report.json').read_text())
+            assert report['verdict']
+            assert (folder / 'reports' / method / name / 'held_out.json').is_file()
+    told = json.loads((folder / 'scores.json').read_text())
+    assert set(told['compared']) == set(FOLDERS)
+    assert set(told['methods']) == {'diagnosis'}
+    assert told['suite'] == 'development'
+    assert 'it proves nothing' in (folder / 'proof.md').read_text()
+    assert Case(folder / 'cases' / 'case_0000').experiments
+
+
+@pytest.mark.slow
+def test_a_case_that_is_done_is_not_done_again(proven, capsys):
+    folder, arguments = proven
+    reports = sorted(folder.glob('reports/*/*/report.json'))
+    before = [path.stat().st_mtime_ns for path in reports]
+    reports[0].unlink()
+    seal = (folder / 'cases' / 'SEAL').read_text()
+    assert prove.main([*arguments, '--phase', 'generate', '--phase', 'alternatives', '--phase', 'diagnose']) == 0
+    after = [path.stat().st_mtime_ns for path in reports]
+    assert after[0] > before[0]
+    assert after[1:] == before[1:]
+    assert (folder / 'cases' / 'SEAL').read_text() == seal
