@@ -1,19 +1,22 @@
 #!/usr/bin/env python3
 """Calibrate the paper's model to every run of two public rigs, and say per run how far it stays from the recording.
 
-    python scripts/real_recordings.py [--data ../shared/data] [--write]
+    python scripts/real_recordings.py [--data ../shared/data] [--diagnose] [--write]
 
-Prints the tables of docs/real_recordings.md; with --write puts them between its markers and draws its figures. The data
-are read where they lie (see docs/real_recordings.md); without them the script says so and ends.
+Prints the tables of docs/real_recordings.md; with --write puts them between its markers and draws its figures. With
+--diagnose it prints (or writes) instead what the diagnosis says of each group. The data are read where they lie (see
+docs/real_recordings.md); without them the script says so and ends.
 """
 
 import argparse
 import sys
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from real_diagnoses import MOST, diagnose_group, forced_air, paragraphs
 
 from tcp_muscle_ros.diagnosis.calibration import Calibration, Estimate, calibrate
 from tcp_muscle_ros.diagnosis.experiment import Experiment, prepare
@@ -51,13 +54,13 @@ GROUPS = (
 )
 
 
-def experiments(data: Path) -> dict[str, Experiment]:
-    """Every run of both rigs by name, ready for the model."""
+def experiments(data: Path, most: int | None = None) -> dict[str, Experiment]:
+    """Every run of both rigs by name, ready for the model; of at most so many samples."""
     found = {}
     for rig in ('bench', 'video'):
         import_map = read_import_map(ROOT / 'config' / f'import_tca_{rig}_rig.yaml')
         for run in import_runs(import_map, csv_files([data / f'tca_{rig}_rig'])):
-            found[run.name] = prepare(run.recording, NOMINAL)
+            found[run.name] = prepare(run.recording, NOMINAL, most=most)
     return found
 
 
@@ -136,15 +139,36 @@ def draw(group: Group, together: Calibration, names: list[str]) -> Path:
     return path
 
 
+def diagnoses(all_runs: dict[str, Experiment]) -> list[str]:
+    """What the diagnosis says of each group, as lines of markdown, and the test whose answer is known."""
+    lines = []
+    for group in GROUPS:
+        begun = time.monotonic()
+        names = [n for n in all_runs if n.startswith(group.starts) and group.leave_out not in n]
+        lines += paragraphs(diagnose_group(group.title, {n: all_runs[n] for n in names}, NOMINAL))
+        print(f'{group.title}: {time.monotonic() - begun:.0f} s', file=sys.stderr, flush=True)
+    free = [run for name, run in sorted(all_runs.items()) if name.startswith('mandrel_3W_free')]
+    forced = [run for name, run in sorted(all_runs.items()) if name.startswith('mandrel_3W_forced')]
+    return [*lines, *forced_air(free, forced, NOMINAL)]
+
+
 def main() -> int:
     """Print the tables; with --write update the page and the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--data', type=Path, default=ROOT.parent / 'shared' / 'data')
     parser.add_argument('--write', action='store_true')
+    parser.add_argument('--diagnose', action='store_true', help='what the diagnosis says of each group')
     args = parser.parse_args()
     if not args.data.is_dir():
         print(f'{args.data}: not there, so nothing can be calibrated', file=sys.stderr)
         return 2
+    if args.diagnose:
+        text = '\n'.join(diagnoses(experiments(args.data, most=MOST)))
+        if args.write:
+            replace_marked(PAGE, 'diagnoses', text)
+        else:
+            print(text)
+        return 0
     all_runs = experiments(args.data)
     lines = []
     for group in GROUPS:

@@ -42,6 +42,8 @@ PYTHON_DEPENDENCIES = {
     # mcap requires the two compressors, and we read its chunks with them ourselves.
     'python3-mcap-pip': [('mcap', 'mcap'), ('lz4', 'lz4'), ('zstandard', 'zstandard')],
 }
+# Extras that code imports only where they are asked for.
+OPTIONAL_DEPENDENCIES = {'cluster': {'distributed'}}
 TEST_DEPENDENCIES = {
     'python3-pytest': 'pytest',
     'python3-hypothesis': 'hypothesis',
@@ -148,12 +150,15 @@ def test_package_xml_and_setup_py_declare_the_same(setup_py):
     assert package_xml().find('maintainer').get('email') == setup_py['email']
 
 
-def test_what_is_imported_is_declared_and_the_reverse():
+def test_what_is_imported_is_declared_and_the_reverse(setup_py):
     outside = {target.split('.')[0] for _, target in all_imports()}
     outside -= {'tcp_muscle_ros', '', *sys.stdlib_module_names}
     python = {module for names in PYTHON_DEPENDENCIES.values() for _, module in names}
     ros = {key for key in declared('exec_depend') if not key.startswith('python3-')}
-    assert outside == python | (ros - LAUNCH_DEPENDENCIES)
+    optional = set().union(*OPTIONAL_DEPENDENCIES.values())
+    assert outside == python | optional | (ros - LAUNCH_DEPENDENCIES)
+    for extra, names in OPTIONAL_DEPENDENCIES.items():
+        assert {Requirement(text).name for text in setup_py['extras'][extra]} == names
 
 
 def test_ros_extra_has_every_ros_package_that_is_imported(setup_py):
