@@ -33,6 +33,7 @@ from proof.generate import generate
 from proof.score import LOG, brief, note, read, tables, text
 from proof.tool import HELD_OUT, QUICK, REPORT, Case, diagnose_case, errors, experiments_of, improved, replay
 from tcp_muscle_ros.commands.diagnose import MOST
+from tcp_muscle_ros.threads import one_of_linear_algebra
 
 ROOT = Path(__file__).parents[1]
 DIAGNOSIS = 'diagnosis'
@@ -186,7 +187,6 @@ class Proof:
 
 
 PHASES = ('generate', 'diagnose', 'alternatives', 'score', 'ambiguous', 'document')
-THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS')
 
 
 def _gentle() -> None:
@@ -288,8 +288,7 @@ def main(arguments: list[str] | None = None) -> int:
     name = f'{suite}-{chosen.cases or sum(FULL.values())}' + (f'-{seed}' if seed is not None else '')
     folder = chosen.output or ROOT / 'build' / 'proof' / name
     folder.mkdir(parents=True, exist_ok=True)
-    for variable in THREADS:  # before the processes of the pool begin; a case is one process's work
-        os.environ.setdefault(variable, '1')
+    one_of_linear_algebra()  # before the processes of the pool begin; a case is one process's work
     proof = Proof(suite, chosen.cases, seed, folder, chosen.jobs, chosen.samples)
     try:
         for phase in chosen.phase or PHASES:

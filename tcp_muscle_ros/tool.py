@@ -14,6 +14,7 @@ from typing import NoReturn
 
 from tcp_muscle_ros import __version__
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.threads import one_of_linear_algebra
 
 PROGRAM = 'tcp_muscle'
 DEBUG = 'TCP_MUSCLE_DEBUG'
@@ -38,6 +39,7 @@ class _Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run ``tcp_muscle ARGV``; returns the exit code."""
     argv = list(sys.argv[1:] if argv is None else argv)
+    one_of_linear_algebra()
     try:
         return _run(argv)
     except SystemExit as leave:  # argparse has said what there is to say

@@ -21,11 +21,12 @@ from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.commands.one_run import Outcome, Task, is_done, work
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.threads import LINEAR_ALGEBRA
 
 if TYPE_CHECKING:
     import distributed
 
-_ONE_THREAD = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMBA_NUM_THREADS')
+_ONE_THREAD = (*LINEAR_ALGEBRA, 'NUMBA_NUM_THREADS')
 _TICK, _GLANCE = 1.0, 0.1  # s
 _PATIENCE = 10.0  # s, until a scheduler must have answered
 

@@ -23,6 +23,7 @@ NEVER_TESTABLE = {
 }
 _WORKERS = 2
 _MOST_VARIANTS = 6
+_WEAK = 0.1
 _BEGINS, _SPANS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88), (0.06, 0.2, 2.0)  # shares of a recording
 # The price of a parameter of an effect, in units of the misfit: a flexible rival must not win by flexibility.
 PER_PARAMETER = 2.0
@@ -89,7 +90,8 @@ def without_effect(problem: Problem, effect: str) -> Problem:
 
 
 def variants(effect: str, duration: float) -> list[dict[str, float]]:
-    """Sets of an effect's parameters to try: the usual one, then each secondary parameter low and high.
+    """Sets of an effect's parameters to try: the usual one, a weak one, each secondary parameter low and high; for each
+    choice.
 
     Instants and spans are tried all over the recording, whose ``duration`` (s) is given.
     """
@@ -98,9 +100,11 @@ def variants(effect: str, duration: float) -> list[dict[str, float]]:
     if definition.moments:
         begin, span = (f'{effect}.{name}' for name in definition.moments)
         return [{**usual, begin: at * duration, span: long * duration} for at in _BEGINS for long in _SPANS]
-    found = [usual]
+    # From a tenth of the usual strength the linear approximation reaches what from the usual one it does not.
+    key = f'{effect}.{definition.strength}'
+    found = [usual, {**usual, key: definition.none + _WEAK * (usual[key] - definition.none)}]
     for row in definition.parameters:
-        if row.name == definition.strength:
+        if row.name == definition.strength or row.choices:
             continue
         for share in (0.2, 0.8):
             if row.low > 0.0 and row.high / row.low > 10.0:
@@ -108,7 +112,11 @@ def variants(effect: str, duration: float) -> list[dict[str, float]]:
             else:
                 value = row.low + share * (row.high - row.low)
             found.append({**usual, f'{effect}.{row.name}': value})
-    return found[: 1 + _MOST_VARIANTS]
+    found = found[: 2 + _MOST_VARIANTS]
+    for row in definition.parameters:
+        if row.choices:
+            found = [{**one, f'{effect}.{row.name}': float(k)} for k in range(len(row.choices)) for one in found]
+    return found
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from tcp_muscle_ros.diagnosis.fitting import FLOATING_ZERO, Fit
 from tcp_muscle_ros.diagnosis.generic import drivers
 from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
 from tcp_muscle_ros.diagnosis.next_experiment import propose
-from tcp_muscle_ros.diagnosis.selection import AMBIGUOUS, THRESHOLD, Chosen, Selection, select
+from tcp_muscle_ros.diagnosis.selection import ALIKE, AMBIGUOUS, THRESHOLD, Chosen, Selection, select
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
@@ -40,6 +40,7 @@ LEAST_SIGNAL = 3.0
 STILL_UNEXPLAINED = 0.35
 _BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
 _LEAST_SAMPLES = 30
+_FORM = ALIKE**0.5  # of what an effect does: as far as its listed form is told from the muscle's own
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
 _FAR_OFF = 0.05  # of a channel's span
 _INERTIA_RATE = 15.0  # Hz: a hanging weight rings at 2 to 5 Hz
@@ -172,13 +173,17 @@ def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]
     return tuple(found)
 
 
-def _values(fitted: Fit, nominal: Parameters) -> dict[str, Value]:
-    """The calibrated parameters of the muscle, with intervals."""
+def _values(fitted: Fit, nominal: Parameters, without: Fit | None = None) -> dict[str, Value]:
+    """The calibrated parameters of the muscle, with intervals.
+
+    What the effects move them by, as against a fit ``without`` any, is known as well as the effects' form is.
+    """
+    bare = dict(zip((u.key for u in without.problem.unknowns), without.z, strict=True)) if without else {}
     found = {}
     for k, u in enumerate(fitted.problem.unknowns):
         if u.recording is not None or '.' in u.name or u.name in (AMBIENT, START):
             continue
-        low, high = fitted.interval(k)
+        low, high = fitted.interval(k, beside=_FORM * abs(float(fitted.z[k]) - bare.get(u.key, float(fitted.z[k]))))
         value = u.from_fit(float(fitted.z[k]))
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
@@ -199,6 +204,10 @@ def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         owner = '' if u.recording is None else f' [{u.recording + 1}]'
         found[row.name + owner] = Value(value, low, high, row.unit, usual, fixed, edge)
+    for row in EFFECTS[effect].parameters:
+        if row.choices:
+            chosen = fitted.problem.parameters[f'{effect}.{row.name}']
+            found[row.name] = Value(chosen, chosen, chosen, row.unit, row.value)
     return found
 
 
@@ -446,7 +455,7 @@ def _conclude(selection: Selection, nominal: Parameters, seconds: dict[str, floa
         verdict=verdict,
         recordings=summaries(experiments),
         noise={name: s.noise.sigma for name, s in selection.structure_after.items()},
-        calibration=_values(selection.final, nominal),
+        calibration=_values(selection.final, nominal, selection.calibrated),
         sensors=_sensors(selection.final, selection.chosen),
         location=location if verdict not in ('match', 'wrong_parameters') else None,
         findings=findings,

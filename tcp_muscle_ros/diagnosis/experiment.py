@@ -7,6 +7,7 @@ straddle a change of the drive.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import overload
 
 import numpy as np
@@ -55,7 +56,7 @@ class Observed:
     value: Array
     count: Array
 
-    @property
+    @cached_property
     def weight(self) -> Array:
         """What one value weighs beside a usual one: means of fewer samples are noisier."""
         return np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) if self.count.size else self.count

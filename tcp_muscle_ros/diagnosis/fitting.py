@@ -14,7 +14,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.noise import Noise, whiten
+from tcp_muscle_ros.diagnosis.form import clusters, inflation
+from tcp_muscle_ros.diagnosis.noise import Noise, whitening
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
@@ -73,27 +74,37 @@ class Problem:
         """What the model shows in one recording at the observed instants (SI)."""
         return self.experiments[recording].shown(self.outputs(values, recording))
 
-    def residual(self, values: Values, recording: int) -> Array:
+    def residual(self, values: Values, recording: int, zeros: Mapping[str, float] | None = None) -> Array:
         """Whitened residuals of one recording, channel after channel, floating zeros projected out, shape (m,).
 
-        The last entry is not data: it keeps the fibre below the melting point, for the muscle survived.
+        ``zeros``: those that are known, by channel. The last entry is not data: it keeps the fibre below the melting
+        point, for the muscle survived.
         """
         outputs = self.outputs(values, recording)
         predicted = self.experiments[recording].shown(outputs)
         whitened = [
-            self._whitened(name, observed.value - predicted[name], recording)
+            self._whitened(name, observed.value - predicted[name], recording, (zeros or {}).get(name))
             for name, observed in self.experiments[recording].observed.items()
         ]
         melting = max(0.0, float(outputs.fibre_temperature.max()) - _SURVIVED) / _MELTING_SPREAD
         return np.concatenate([*whitened, [melting]])
 
-    def _whitened(self, channel: str, raw: Array, recording: int) -> Array:
+    def _whitened(self, channel: str, raw: Array, recording: int, zero: float | None) -> Array:
         observed = self.experiments[recording].observed[channel]
-        white = whiten(raw * observed.weight, observed.time, self.noise[channel])
-        if channel not in FLOATING_ZERO:
+        white = self._whitening[channel, recording]((raw - (zero or 0.0)) * observed.weight)
+        if channel not in FLOATING_ZERO or zero is not None:
             return white
         constant = self._constants[channel, recording]
         return np.asarray(white - constant * (constant @ white))
+
+    @cached_property
+    def _whitening(self) -> dict[tuple[str, int], Callable[[Array], Array]]:
+        """What removes the colour of every channel of every recording."""
+        return {
+            (name, k): whitening(observed.time, self.noise[name])
+            for k, experiment in enumerate(self.experiments)
+            for name, observed in experiment.observed.items()
+        }
 
     @cached_property
     def _constants(self) -> dict[tuple[str, int], Array]:
@@ -102,8 +113,7 @@ class Problem:
         for k, experiment in enumerate(self.experiments):
             for name in FLOATING_ZERO:
                 if name in experiment.observed:
-                    observed = experiment.observed[name]
-                    white = whiten(observed.weight, observed.time, self.noise[name])
+                    white = self._whitening[name, k](experiment.observed[name].weight)
                     constants[name, k] = white / np.linalg.norm(white)
         return constants
 
@@ -113,15 +123,18 @@ class Problem:
         found = {}
         for name, observed in self.experiments[recording].observed.items():
             if name in FLOATING_ZERO:
-                constant = whiten(observed.weight, observed.time, self.noise[name])
-                white = whiten((observed.value - predicted[name]) * observed.weight, observed.time, self.noise[name])
+                whitened = self._whitening[name, recording]
+                constant = whitened(observed.weight)
+                white = whitened((observed.value - predicted[name]) * observed.weight)
                 found[name] = float(constant @ white / (constant @ constant))
         return found
 
-    def raw_residuals(self, values: Values, recording: int) -> dict[str, Array]:
-        """Recorded minus predicted (SI) by channel, after the floating zeros."""
+    def raw_residuals(
+        self, values: Values, recording: int, zeros: Mapping[str, float] | None = None
+    ) -> dict[str, Array]:
+        """Recorded minus predicted (SI) by channel, after the floating zeros (those of ``zeros`` where known)."""
         predicted = self.predict(values, recording)
-        zeros = self.zeros(values, recording)
+        zeros = {**self.zeros(values, recording), **(zeros or {})}
         return {
             name: observed.value - predicted[name] - zeros.get(name, 0.0)
             for name, observed in self.experiments[recording].observed.items()
@@ -148,9 +161,16 @@ class Fit:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the unknowns in the fit's coordinates, from the linearisation at ``z`` and the priors."""
+        """Covariance of the unknowns in the fit's coordinates, from the linearisation at ``z`` and the priors.
+
+        Wider where what is left over pulls in the same states of the muscle each time (see form.py).
+        """
         information = self.jacobian.T @ self.jacobian + np.diag(self.problem.spreads() ** -2.0)
-        return np.asarray(np.linalg.pinv(information, hermitian=True))
+        covariance = np.asarray(np.linalg.pinv(information, hermitian=True))
+        experiments, values = self.problem.experiments, self.values
+        labels = clusters(experiments, [self.problem.outputs(values, k) for k in range(len(experiments))])
+        wider = inflation(covariance, self.jacobian, np.concatenate(self.residuals), labels)
+        return covariance * np.outer(wider, wider)
 
     @property
     def values(self) -> dict[tuple[str, int | None], float]:
@@ -167,9 +187,12 @@ class Fit:
         """Misfit and penalty: twice the negative log posterior but for a constant."""
         return self.misfit + self.penalty
 
-    def interval(self, k: int, width: float = 1.645) -> tuple[float, float]:
-        """The interval of unknown k, ``width`` standard deviations either way (1.645: 90 %)."""
-        unknown, spread = self.problem.unknowns[k], float(np.sqrt(self.covariance[k, k]))
+    def interval(self, k: int, width: float = 1.645, beside: float = 0.0) -> tuple[float, float]:
+        """The interval of unknown k, ``width`` standard deviations either way (1.645: 90 %).
+
+        ``beside``: a further standard deviation, in the fit's coordinate.
+        """
+        unknown, spread = self.problem.unknowns[k], float(np.hypot(np.sqrt(self.covariance[k, k]), beside))
         low, high = self.z[k] - width * spread, self.z[k] + width * spread
         return unknown.from_fit(float(low)), unknown.from_fit(float(high))
 

@@ -103,9 +103,8 @@ def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int =
     squares: dict[str, float] = {}
     count: dict[str, int] = {}
     for fold in folds(problem) if kept_back is None else kept_back:
-        trained = fit(
-            training(problem, fold), fitted.z, rounds=rounds, tolerance=1e-4, slopes=_slopes_without(fitted, fold)
-        )
+        rest = training(problem, fold)
+        trained = fit(rest, fitted.z, rounds=rounds, tolerance=1e-4, slopes=_slopes_without(fitted, fold))
         z = np.array(
             [
                 own if u.name in (AMBIENT, START) or (u.recording is not None and u.recording == fold.whole) else shared
@@ -116,7 +115,9 @@ def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int =
         values = looked.values(z)
         together = []
         for recording in sorted({k for k, _, _ in fold.stretches}):
-            white = looked.residual(values, recording)[:-1]  # the last entry is not data
+            # A stretch has the zero of the rest of its recording: with one of its own it would show no drift.
+            zeros = rest.zeros(values, recording)
+            white = looked.residual(values, recording, zeros)[:-1]  # the last entry is not data
             together.append(white)
             start = 0
             for channel in looked.experiments[recording].observed.values():
@@ -124,7 +125,7 @@ def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int =
                 start += channel.time.size
                 label = np.floor((channel.time - channel.time[0]) / _CLUSTER).astype(int)
                 clusters.extend(np.bincount(label, part).tolist())
-            for name, left in looked.raw_residuals(values, recording).items():
+            for name, left in looked.raw_residuals(values, recording, zeros).items():
                 squares[name] = squares.get(name, 0.0) + float(left @ left)
                 count[name] = count.get(name, 0) + left.size
         errors.append(np.concatenate(together))

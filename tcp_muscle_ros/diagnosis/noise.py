@@ -4,10 +4,10 @@ Noise is taken as a first-order autoregression per channel: ``e_k = phi e_{k-1} 
 coloured, and tests that assume white noise raise false alarms almost always (see docs/diagnosis.md).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -45,24 +45,29 @@ def quantum(value: Array) -> float:
     return float(np.min(real)) if real.size else 0.0
 
 
-def whiten(residual: Array, time: Array, noise: Noise) -> Array:
-    """Residuals (m,) or columns (m, n) with the colour removed, in units of sigma: unit variance, independent."""
-    scaled = residual / noise.sigma
-    if noise.phi == 0.0 or time.size < 2:
-        return scaled
+def whitening(time: Array, noise: Noise) -> Callable[[Array], Array]:
+    """What removes the colour from residuals (m,) or columns (m, n) at these times: see ``whiten``."""
+    sigma, phi = noise.sigma, noise.phi
+    if phi == 0.0 or time.size < 2:
+        return lambda residual: residual / sigma
     dt = np.diff(time)
     typical = float(np.median(dt))
-    if scaled.ndim == 1 and np.ptp(dt) < 0.02 * typical:  # an even grid, the common case
-        first = scaled[0]
-        out: Array = lfilter([1.0, -noise.phi], [1.0], scaled) / np.sqrt(1.0 - noise.phi**2)
-        out[0] = first
-        return out
-    phi = np.where(dt < _GAP * typical, noise.phi ** (dt / typical), 0.0)
-    if scaled.ndim == 2:
-        phi = phi[:, None]
-    out = scaled.copy()
-    out[1:] = (scaled[1:] - phi * scaled[:-1]) / np.sqrt(1.0 - phi**2)
-    return out
+    even = bool(np.ptp(dt) < 0.02 * typical)  # the common case
+    before = np.full(dt.size, phi) if even else np.where(dt < _GAP * typical, phi ** (dt / typical), 0.0)
+    after = np.sqrt(1.0 - before**2)
+
+    def white(residual: Array) -> Array:
+        scaled = residual / sigma
+        rows = slice(None) if scaled.ndim == 1 else (slice(None), None)
+        scaled[1:] = (scaled[1:] - before[rows] * scaled[:-1]) / after[rows]
+        return np.asarray(scaled)
+
+    return white
+
+
+def whiten(residual: Array, time: Array, noise: Noise) -> Array:
+    """Residuals (m,) or columns (m, n) with the colour removed, in units of sigma: unit variance, independent."""
+    return whitening(time, noise)(residual)
 
 
 def estimate(residual: Array, floor: float) -> Noise:

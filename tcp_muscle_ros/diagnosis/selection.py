@@ -178,6 +178,7 @@ def _prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     """
     best = min(r.score for r in rivals)
     close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
+
     def order(rival: Rival) -> tuple[bool, bool, int, float]:
         own = any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
         return own, EFFECTS[rival.effect].stage != 'sensor', len(EFFECTS[rival.effect].parameters), rival.score

@@ -29,6 +29,9 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
     shown = []
     for name, v in values.items():
         row = SPECIFICATIONS[f'{effect}.{name.split()[0]}']  # of one recording: "g [2]"
+        if row.choices:
+            shown.append(f'{name} = {row.choices[round(v.value)]}')
+            continue
         unit = '' if row.edge_unit == '1' else f' {row.edge_unit}'
         shown.append(
             f'{name} = {row.to_edge(v.value):.3g} ({row.to_edge(v.low):.3g} to {row.to_edge(v.high):.3g}){unit}'

@@ -78,6 +78,8 @@ def effect_unknowns(name: str, parameters: Parameters, owner: int | None = None)
     unknowns = []
     effect = EFFECTS[name]
     for row in effect.parameters:
+        if row.choices:
+            continue
         key = f'{name}.{row.name}'
         wide = row.low > 0.0 and row.high / row.low > 10.0
         value = parameters[key]
@@ -112,9 +114,9 @@ def base_unknowns(
         # Without a thermometer all temperatures could be twice as large: what is known of the materials anchors them.
         spread = _MATERIAL if name == 'k0' and 'temperature' not in channels else spread
         unknowns += [positive(nominal, name, owner, spread) for owner in owners]
-    if seen_resistance:
+    if 'R0' in names:
         row = SPECIFICATIONS['a_R']
-        spread = 0.002 if 'temperature' in channels else 0.5 * _MATERIAL * nominal['a_R']
+        spread = 0.002 if seen_resistance and 'temperature' in channels else 0.5 * _MATERIAL * nominal['a_R']
         unknowns.append(Unknown('a_R', nominal['a_R'], row.low, row.high, spread))
     if mechanical:
         row = SPECIFICATIONS['c2']

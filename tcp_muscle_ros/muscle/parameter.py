@@ -7,7 +7,10 @@ ZERO_CELSIUS = 273.15
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter in SI. ``absolute`` marks an absolute temperature: K inside, degC at the edge."""
+    """A parameter in SI. ``absolute`` marks an absolute temperature: K inside, degC at the edge.
+
+    ``choices``: the value is the place of one of these names, and is never fitted but tried.
+    """
 
     name: str
     value: float
@@ -17,6 +20,7 @@ class Parameter:
     meaning: str
     source: str
     absolute: bool = False
+    choices: tuple[str, ...] = ()
 
     @property
     def edge_unit(self) -> str:

@@ -45,6 +45,21 @@ SPECIFICATIONS: Mapping[str, Parameter] = _specifications()
 EFFECT_NAMES = tuple(EFFECTS)
 
 
+def _places() -> dict[str, int]:
+    """Where each parameter stands in the vector."""
+    found = {row.name: INDEX[row.name] for row in TABLE}
+    for effect in EFFECTS.values():
+        start = COEFFICIENTS[effect.name].start
+        found |= {f'{effect.name}.{row.name}': start + k for k, row in enumerate(effect.parameters)}
+    return found
+
+
+_PLACES = _places()
+_DEFAULTS: Array = np.zeros(VECTOR_SIZE)
+for _name, _place in _PLACES.items():
+    _DEFAULTS[_place] = SPECIFICATIONS[_name].value
+
+
 @dataclass(frozen=True)
 class Parameters(Mapping[str, float]):
     """Every parameter of a muscle and the effects that are on. Immutable; SI, absolute temperatures in K.
@@ -66,7 +81,8 @@ class Parameters(Mapping[str, float]):
             if effect not in EFFECTS:
                 raise BadInput(f"unknown effect '{effect}'{nearest(effect, EFFECTS)}")
         # Order and repetition carry no meaning; the registry's order is the one order.
-        object.__setattr__(self, 'effects', tuple(e for e in EFFECT_NAMES if e in set(self.effects)))
+        wanted = set(self.effects)
+        object.__setattr__(self, 'effects', tuple(e for e in EFFECT_NAMES if e in wanted))
 
     @staticmethod
     def _check(name: str, value: object) -> None:
@@ -126,13 +142,11 @@ class Parameters(Mapping[str, float]):
     @cached_property
     def vector(self) -> Array:
         """What the compiled model reads, shape (VECTOR_SIZE,): the table, constants made from it, effects."""
-        vector = np.zeros(VECTOR_SIZE)
-        for row in TABLE:
-            vector[INDEX[row.name]] = self[row.name]
-        for effect in EFFECTS.values():
-            start = COEFFICIENTS[effect.name].start
-            for offset, row in enumerate(effect.parameters):
-                vector[start + offset] = self[f'{effect.name}.{row.name}']
+        vector: Array = _DEFAULTS.copy()
+        for name, value in self.given.items():
+            vector[_PLACES[name]] = value
+        for name in DERIVED:
+            vector[_PLACES[name]] = self[name]
         vector[INDEX['modulus_at_T0']] = reference_modulus(vector)
         vector[INDEX['fastest_rate']] = self._fastest_rate(vector)
         on = [EFFECTS[name] for name in self.effects]

@@ -553,6 +553,28 @@ def test_clock_skew_is_a_pure_delay(rate_hz, delay):
     assert skewed.displacement == pytest.approx(plain.displacement, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ('number', 'channel', 'end'), [(1, 'displacement', 'load'), (2, 'resistance', 'load'), (1, 'force', 'blocked')]
+)
+def test_any_channel_may_come_from_a_clock_that_is_late_and_slow(number, channel, end):
+    time, on = protocol(20.0, 60.0)
+    load = np.where((time > 29.99) & (time < 44.99), 0.9, 0.5)  # its jumps stay jumps
+    values = {'clock_skew.d': 0.23, 'clock_skew.r': 2e-3, 'clock_skew.channel': float(number)}
+    more = {'end': end, 'starting_load': 0.5} if end == 'blocked' else {'load': load}
+    skewed = simulate(NOMINAL.replace(values).with_effects('clock_skew'), time, 0.27 * on, **more)
+    plain = simulate(NOMINAL, time, 0.27 * on, **more)
+    fine = np.arange(round(60.0 * 2000.0) + 1) / 2000.0
+    if end == 'load':
+        more = {'load': np.where((fine > 29.9999) & (fine < 44.9999), 0.9, 0.5)}
+    true = simulate(NOMINAL, fine, 0.27 * (np.mod(np.arange(fine.size), 140000) < 50000), **more)
+    late = np.interp(time - 0.23 - 2e-3 * time, fine, getattr(true, channel))
+    shown, was = getattr(skewed, channel), getattr(plain, channel)
+    assert np.max(np.abs(was - late)) > 30 * np.max(np.abs(shown - late)[5:])
+    others = {'temperature', 'resistance', 'displacement', 'force'} - {channel}
+    for name in others:
+        assert getattr(skewed, name) == pytest.approx(getattr(plain, name), abs=1e-9)
+
+
 def test_sensor_errors_are_what_they_say():
     plain = baseline(0.5884, 0.27)
     gain = e0(NOMINAL.with_effects('thermocouple_gain'), 0.5884, 0.27)

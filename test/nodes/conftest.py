@@ -100,8 +100,9 @@ class Bench:
             if program.process.poll() is None:
                 program.kill()
         self.executor.shutdown()
-        self.thread.join(5.0)
-        self.node.destroy_node()
+        self.thread.join(60.0)
+        if not self.thread.is_alive():  # else what it still waits on would be pulled from under it
+            self.node.destroy_node()
         rclpy.try_shutdown(context=self.context)
 
     def start(self, name, namespace, *more, **parameters):

@@ -1,59 +1,123 @@
-"""S-05 clock skew: the temperature comes from another clock or a slower logger, as a pure delay.
+"""S-05 clock skew: one channel comes from another clock or a slower logger.
 
-    Tm(t) = T(t - d)
+    ym(t) = y(t - d - r t)
 
-The last 32 values at least d/30 apart are kept and read with straight lines between them: over edges the delay is
-right to d/30, at 20 Hz, and at 100 Hz up to d = 0.3 s, to the sample.
+y is the temperature, the displacement (of blocked ends the force) or the resistance; d a delay, r the pace at which
+that clock falls behind. Of the last values 32 at least (d + r t)/30 apart are kept and read with straight lines between
+them: over edges the delay is right to a thirtieth of itself, or to the sample. A jump with the load stays a jump.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.compiled import inner
 from tcp_muscle_ros.muscle.effects.effect import Effect
 from tcp_muscle_ros.muscle.parameter import Parameter
-from tcp_muscle_ros.muscle.quantities import PRESENT_TEMPERATURE, SHOWN_TEMPERATURE, TIME
+from tcp_muscle_ros.muscle.quantities import (
+    COMPLIANCE,
+    FORCE,
+    HELD,
+    LENGTH,
+    PRESENT_TEMPERATURE,
+    RESISTANCE,
+    SERIES,
+    SHOWN_FORCE,
+    SHOWN_LENGTH,
+    SHOWN_RESISTANCE,
+    SHOWN_TEMPERATURE,
+    TIME,
+)
 
 KEPT = 32
+JUMP = 1e-4  # of the length or the force
+CHANNELS = ('temperature', 'displacement', 'resistance')
+
+
+@inner
+def _present(q: Array, c: Array) -> float:
+    """What the channel would show without a delay."""
+    value: float = q[PRESENT_TEMPERATURE]
+    if c[2] > 1.5:
+        value = q[RESISTANCE] + q[SERIES]
+    elif c[2] > 0.5:
+        value = q[FORCE] if q[HELD] > 0.0 and q[COMPLIANCE] == 0.0 else q[LENGTH]
+    return value
+
+
+@inner
+def _push(time: float, value: float, s: Array) -> None:
+    """Keep one more, and forget the oldest."""
+    for j in range(KEPT - 1, 0, -1):
+        s[j] = s[j - 1]
+        s[KEPT + j] = s[KEPT + j - 1]
+    s[0] = time
+    s[KEPT] = value
 
 
 def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Read the past."""
     q[PRESENT_TEMPERATURE] = q[SHOWN_TEMPERATURE]
-    wanted = q[TIME] - c[0]
-    later, value = q[TIME], q[SHOWN_TEMPERATURE]
-    if c[0] > 0.0:
+    present = _present(q, c)
+    behind = c[0] + c[1] * q[TIME]
+    wanted = q[TIME] - behind
+    later, value = q[TIME], present
+    if behind > 0.0:
         for j in range(KEPT):
             then, kept = s[j], s[KEPT + j]
             if then <= wanted:
-                value = kept + (value - kept) * (wanted - then) / (later - then)
+                if later > then:
+                    value = kept + (value - kept) * (wanted - then) / (later - then)
                 break
             later, value = then, kept
-    q[SHOWN_TEMPERATURE] = value
+    if c[2] > 1.5:
+        q[SHOWN_RESISTANCE] += value - present
+    elif c[2] > 0.5:
+        if q[HELD] > 0.0 and q[COMPLIANCE] == 0.0:
+            q[SHOWN_FORCE] += value - present
+        else:
+            q[SHOWN_LENGTH] += value - present
+    else:
+        q[SHOWN_TEMPERATURE] = value
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """It has long been so."""
     for j in range(KEPT):
         s[j] = q[TIME] - 1e9 * j
-        s[KEPT + j] = q[PRESENT_TEMPERATURE]
+        s[KEPT + j] = _present(q, c)
+
+
+def begin(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """Keep both sides of a jump of the length or the force."""
+    if 0.5 < c[2] < 1.5 and q[TIME] == s[0] and q[TIME] > s[1]:
+        present = _present(q, c)
+        if abs(present - s[KEPT]) > JUMP * abs(s[KEPT]):
+            _push(q[TIME], present, s)
 
 
 def commit(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """Keep the present value, and forget the oldest."""
-    if q[TIME] - s[0] >= c[0] / (KEPT - 2) * (1.0 - 1e-9):
-        for j in range(KEPT - 1, 0, -1):
-            s[j] = s[j - 1]
-            s[KEPT + j] = s[KEPT + j - 1]
-        s[0] = q[TIME]
-        s[KEPT] = q[PRESENT_TEMPERATURE]
+    """Keep the present value in place of the latest, or beside it where that is far enough from the one before."""
+    value = _present(q, c)
+    apart = (c[0] + c[1] * q[TIME]) / (KEPT - 2) * (1.0 - 1e-9)
+    if s[0] - s[1] >= apart or s[0] == s[1]:
+        _push(q[TIME], value, s)
+    else:
+        s[0], s[KEPT] = q[TIME], value
 
 
 EFFECT = Effect(
     name='clock_skew',
     row='S-05',
     stage='sensor',
-    equation='Tm(t) = T(t - d)',
+    equation='ym(t) = y(t - d - r t)',
     source='unsynchronised loggers',
-    parameters=(Parameter('d', 0.2, 's', 0.0, 5.0, 'delay of the temperature', 'estimated: 0.05 to 0.5 s'),),
-    hooks={'sensor': sensor, 'initial': initial, 'commit': commit},
+    parameters=(
+        Parameter('d', 0.2, 's', 0.0, 5.0, 'delay of one channel', 'estimated: 0.05 to 0.5 s'),
+        Parameter('r', 0.0, '1', 0.0, 5e-3, 'pace at which its clock falls behind', 'quartz 1e-4, a busy logger 1e-3'),
+        Parameter(
+            'channel', 0.0, '1', 0.0, 2.0, 'which: 0 temperature, 1 displacement, 2 resistance', 'a free choice',
+            choices=CHANNELS,
+        ),
+    ),
+    hooks={'sensor': sensor, 'initial': initial, 'begin': begin, 'commit': commit},
     strength='d',
-    states=tuple(f'{what}_{j}' for what in ('time', 'temperature') for j in range(KEPT)),
-)
+    states=tuple(f'{what}_{j}' for what in ('time', 'value') for j in range(KEPT)),
+)  # fmt: skip
