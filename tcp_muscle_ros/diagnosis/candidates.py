@@ -13,7 +13,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting import Fit, Problem
 from tcp_muscle_ros.diagnosis.unknowns import effect_unknowns
-from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
 from tcp_muscle_ros.muscle.arrays import Array
 
 # Present in no recording of one muscle: an exact null direction of R0, a_R, hA and C (see docs/effects.md).
@@ -23,7 +23,7 @@ NEVER_TESTABLE = {
 }
 _WORKERS = 2
 _MOST_VARIANTS = 6
-_WEAK = 0.1
+_WEAK, _APART = 0.1, 2.5
 _BEGINS, _SPANS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88), (0.06, 0.2, 2.0)  # shares of a recording
 # The price of a parameter of an effect, in units of the misfit: a flexible rival must not win by flexibility.
 PER_PARAMETER = 2.0
@@ -55,16 +55,22 @@ class Candidate:
         return self.gain - PER_PARAMETER * len(EFFECTS[self.effect].parameters) * max(len(self.own), 1)
 
     def starts(self) -> 'list[Candidate]':
-        """Where a refit may start: as far as the linear approximation goes, and less far."""
+        """Where a refit may start: as far as the linear approximation goes, and less far; and at the usual strength.
+
+        A weight that swings has no other mass than its own: half of it fits worse than none.
+        """
         definition = EFFECTS[self.effect]
         key = f'{self.effect}.{definition.strength}'
+        usual = abs(SPECIFICATIONS[key].value - definition.none)
 
-        def less(values: dict[str, float], share: float) -> dict[str, float]:
-            return {**values, key: definition.none + share * (values[key] - definition.none)}
+        def less(values: dict[str, float], share: float | None) -> dict[str, float]:
+            reached = values[key] - definition.none
+            moved = float(np.copysign(usual, reached)) if share is None else share * reached
+            return {**values, key: definition.none + moved}
 
         return [
             replace(self, values=less(self.values, share), own=tuple(less(own, share) for own in self.own))
-            for share in (1.0, 0.4, 0.1)
+            for share in (1.0, 0.4, 0.1, None)
         ]
 
 
@@ -109,6 +115,8 @@ def variants(effect: str, duration: float) -> list[dict[str, float]]:
         for share in (0.2, 0.8):
             if row.low > 0.0 and row.high / row.low > 10.0:
                 value = row.low * (row.high / row.low) ** share
+            elif row.low == 0.0 < row.value < 0.1 * row.high:  # its bound says little
+                value = row.value * _APART ** (1.0 if share > 0.5 else -1.0)
             else:
                 value = row.low + share * (row.high - row.low)
             found.append({**usual, f'{effect}.{row.name}': value})

@@ -30,12 +30,12 @@ AMBIGUOUS = 6.0
 ALIKE = 0.02
 LEAST_SHARE = 0.08
 LEAST_SHARE_OF_ALL = 0.05
+_SPECIFIC, _MOST_OF_REST, _ALONE = 0.01, 0.5, 2.0  # share of all, share of what is left, gain over the next rival's
 _TRIES = 4
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 _BEATEN = 0.003  # of the best rival's drop: a model that misses so much more is beaten
 _CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
 _TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
-_CLOSED = 0.15  # of the noise's variance: a channel that misses no more is explained
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
 
 
@@ -296,7 +296,7 @@ def select(
             else:
                 pick = rivals[0]
             enough = _share(found_structure, present, pick.fit) >= LEAST_SHARE and (
-                not accepted or _good_company(pick.fit, _share_of_all(calibrated, present, pick.fit))
+                not accepted or _good_company(calibrated, present, pick, rivals)
             )
             if enough and _improved(present, word, pick.fit).holds:
                 picked = pick
@@ -311,7 +311,7 @@ def select(
     present, accepted, contests = _revise(present, accepted, effects, progress)
     if accepted:
         present, found_structure = settle_noise(present, 1)
-    present, word, accepted, standing = _confirm(present, accepted, {e: contests[e][0] for e in accepted}, calibrated)
+    present, word, accepted, standing = _confirm(present, accepted, contests, calibrated)
     if accepted:
         found_structure = structures(present)
     # Compared under one noise: the final model's.
@@ -337,44 +337,49 @@ def select(
 
 
 def _confirm(
-    present: Fit, accepted: list[str], drops: dict[str, float], calibrated: Fit
+    present: Fit, accepted: list[str], contests: dict[str, tuple[float, list[Rival]]], calibrated: Fit
 ) -> tuple[Fit, HeldOut, list[str], dict[str, tuple[Gain, float]]]:
     """Each effect once more on unseen data, in the company of the others: without it they must be predicted worse."""
     word = held_out(present)
     standing: dict[str, tuple[Gain, float]] = {}
-    strongest = max(accepted, key=lambda e: drops[e], default='')
-    for effect in sorted(accepted, key=lambda e: drops[e]):
+    strongest = max(accepted, key=lambda e: contests[e][0], default='')
+    for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare = shrink(present, effect)
         without = held_out(bare, folds(present.problem))
-        gain, share = improvement(without, word), _share_of_all(calibrated, bare, present)
-        if gain.holds and (effect == strongest or _good_company(present, share)):
-            standing[effect] = gain, share
+        gain = improvement(without, word)
+        rival = Rival(effect, present, penalised(present))
+        if gain.holds and (effect == strongest or _good_company(calibrated, bare, rival, contests[effect][1])):
+            standing[effect] = gain, _largest_share(calibrated, bare, present)
         else:
             present, word = bare, held_out(bare)
             accepted = [e for e in accepted if e != effect]
     return present, word, accepted, standing
 
 
-def _good_company(fitted: Fit, share: float) -> bool:
+def _good_company(calibrated: Fit, without: Fit, pick: Rival, rivals: Sequence[Rival]) -> bool:
     """Whether an effect beside a stronger one is more than what the stronger one's form leaves.
 
-    It takes a real share of all that was missed, or nothing is left with it.
+    It takes a real share of all that was missed. A smaller one will do where it takes most of what is left, and nothing
+    unlike it comes near: what a form leaves, several effects explain a little.
     """
-    if share >= LEAST_SHARE_OF_ALL or share <= 0.0:
-        return share > 0.0
-    found = structures(fitted)
-    return all(_mean_square(fitted, name) < (1.0 + _CLOSED) * s.noise.sigma**2 for name, s in found.items())
+    share = _largest_share(calibrated, without, pick.fit)
+    if share >= LEAST_SHARE_OF_ALL or share < _SPECIFIC:
+        return share >= LEAST_SHARE_OF_ALL
+    bare = penalised(without)
+    drop = bare - pick.score
+    unlike = [bare - r.score for r in rivals if r.effect != pick.effect and r.score - pick.score >= margin(drop)]
+    return _largest_share(without, without, pick.fit) >= _MOST_OF_REST and drop >= _ALONE * max(unlike, default=0.0)
 
 
-def _share_of_all(calibrated: Fit, without: Fit, fitted: Fit) -> float:
-    """The largest share, over channels, of what the calibrated model missed, that one effect takes away.
+def _largest_share(missing: Fit, without: Fit, fitted: Fit) -> float:
+    """The largest share, over channels, of what one model misses, that an effect takes away from another.
 
     Channels count in which it takes away something beside the noise.
     """
     shares = []
     noises = robust_noise(fitted, structures(fitted))
     for name, noise in noises.items():
-        missed = _mean_square(calibrated, name) - noise.sigma**2
+        missed = _mean_square(missing, name) - noise.sigma**2
         drop = _mean_square(without, name) - _mean_square(fitted, name)
         if missed > 0.0 and drop > _TRIFLE * noise.sigma**2:
             shares.append(drop / missed)

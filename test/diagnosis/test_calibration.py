@@ -2,29 +2,12 @@
 
 import numpy as np
 import pytest
+from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.experiment import Conditions, Experiment, Holding, Imposed, Observed, prepare
-from tcp_muscle_ros.muscle import Parameters, simulate
+from tcp_muscle_ros.diagnosis.experiment import Conditions, Experiment, Observed, prepare
+from tcp_muscle_ros.muscle import simulate
 from tcp_muscle_ros.recording.recording import Channel, Recording
-
-NOMINAL = Parameters.named('karami_tadesse_2017')
-TRUE = NOMINAL.replace(hA=0.0225, C=0.15, R0=13.2, a_R=0.0032, k0=26.0, B=1.45)
-TIME = np.arange(0.0, 210.0, 0.2)
-
-
-def experiment(channels, current=0.27, load=0.588, seed=0, kind='current', drive=None):
-    rng = np.random.default_rng(seed)
-    heat = np.mod(TIME, 70.0) < 25.0
-    drive = np.where(heat, current, 0.0) if drive is None else drive
-    out = simulate(TRUE, TIME, drive, kind=kind, load=load)
-    noise = {'temperature': 0.2, 'resistance': 0.02, 'displacement': 5e-5}
-    observed = {
-        name: Observed(TIME, getattr(out, name) + noise[name] * rng.standard_normal(TIME.size), np.ones(TIME.size))
-        for name in channels
-    }
-    imposed = Imposed(kind, TIME, drive, np.full(TIME.size, load), np.full(TIME.size, NOMINAL['T0']))
-    return Experiment('made', imposed, Holding('load', load), observed)
 
 
 def estimates(found):

@@ -1,0 +1,75 @@
+"""The search for an effect, piece by piece: screening, choices, what is kept back, and what a wrong form does."""
+
+import numpy as np
+import pytest
+from diagnosis.made import NOMINAL, TIME, TRUE, experiment
+
+from tcp_muscle_ros.diagnosis.calibration import calibrate
+from tcp_muscle_ros.diagnosis.candidates import screen, variants
+from tcp_muscle_ros.diagnosis.form import inflation
+from tcp_muscle_ros.diagnosis.holdout import folds, held_out, improvement
+from tcp_muscle_ros.diagnosis.selection import grow, settle_noise
+from tcp_muscle_ros.diagnosis.sentences import finding_sentence
+from tcp_muscle_ros.diagnosis.unknowns import effect_unknowns
+
+CHANNELS = ('temperature', 'resistance', 'displacement')
+LOADS = np.select([np.mod(TIME, 70.0) < 20.0, np.mod(TIME, 70.0) < 45.0], [0.3, 1.2], 0.6)
+
+
+def calibrated(muscle, loads=(0.3, LOADS, 0.98)):
+    runs = [experiment(CHANNELS, 0.27, load, k, muscle=muscle) for k, load in enumerate(loads)]
+    return settle_noise(calibrate(runs, NOMINAL).fit)[0]
+
+
+def test_an_effect_far_weaker_than_usual_is_seen_by_the_screening():
+    """From the usual strength alone, the straight line to nothing misses what bends on the way."""
+    fitted = calibrated(TRUE.replace({'exposed_area.e': 0.1}).with_effects('exposed_area'))
+    ranked, _ = screen(fitted, ['exposed_area', 'creep', 'heat_capacity', 'friction'])
+    assert ranked[0].effect == 'exposed_area'
+    grown = grow(fitted, ranked[0])
+    assert grown.muscle['exposed_area.e'] == pytest.approx(0.1, abs=0.02)
+    assert ranked[0].gain > 0.5 * (fitted.objective - grown.objective)
+
+
+def test_a_choice_is_tried_and_never_fitted():
+    tried = variants('clock_skew', 210.0)
+    assert {values['clock_skew.channel'] for values in tried} == {0.0, 1.0, 2.0}
+    late = TRUE.replace({'clock_skew.d': 0.4, 'clock_skew.channel': 1.0}).with_effects('clock_skew')
+    assert [u.name for u in effect_unknowns('clock_skew', late)] == ['clock_skew.d', 'clock_skew.r']
+    fitted = calibrated(late)
+    ranked, _ = screen(fitted, ['clock_skew', 'inertia', 'two_node', 'friction'])
+    found = grow(fitted, ranked[0])
+    assert ranked[0].effect == 'clock_skew'
+    assert found.muscle['clock_skew.channel'] == 1.0
+    assert found.muscle['clock_skew.d'] == pytest.approx(0.4, abs=0.05)
+
+
+def test_a_drift_shows_in_stretches_that_are_kept_back():
+    """With a zero of its own every stretch would hide it."""
+    muscle = TRUE.with_effects('viscous_flow')
+    fitted = calibrated(muscle, (0.588, 0.588))
+    ranked, _ = screen(fitted, ['viscous_flow', 'friction'])
+    grown = grow(fitted, ranked[0])
+    kept_back = folds(grown.problem)
+    assert all(fold.whole is None for fold in kept_back)
+    assert ranked[0].effect == 'viscous_flow'
+    assert improvement(held_out(fitted, kept_back), held_out(grown, kept_back)).holds
+
+
+def test_intervals_widen_where_the_same_is_missed_in_the_same_state_each_time():
+    rng = np.random.default_rng(1)
+    state = np.tile(np.repeat(np.arange(12), 50), 6)
+    jacobian = np.column_stack([np.cos(state), np.ones(state.size)])
+    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    noise = rng.standard_normal(state.size)
+    missed = noise + 0.5 * np.sin(2.1 * state)
+    assert np.all(inflation(covariance, jacobian, noise, [state]) < 1.6)
+    assert np.all(inflation(covariance, jacobian, missed, [state]) > 2.0)
+
+
+def test_a_finding_names_the_channel_that_is_late():
+    from tcp_muscle_ros.diagnosis.findings import Value
+
+    values = {'d': Value(0.4, 0.35, 0.45, 's'), 'channel': Value(1.0, 1.0, 1.0, '1')}
+    said = finding_sentence('clock_skew', values, ())
+    assert said == 'The sensors show clock skew: d = 0.4 (0.35 to 0.45) s, channel = displacement.'
