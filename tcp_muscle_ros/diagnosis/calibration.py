@@ -59,7 +59,7 @@ class Calibration:
         channels = sorted({name for e in problem.experiments for name in e.observed})
         found: dict[str, list[float]] = {name: [] for name in channels}
         for k in range(len(problem.experiments)):
-            left = problem.raw_residuals(self.fit.values, k)
+            left = self.fit.left[k]
             for name in channels:
                 found[name].append(float(np.sqrt(np.mean(left[name] ** 2))) if name in left else float('nan'))
         return found
@@ -110,7 +110,7 @@ def left_over_noise(fitted: Fit) -> dict[str, Noise]:
     pooled: dict[str, list[Noise]] = {name: [] for name in floor}
     weights: dict[str, list[int]] = {name: [] for name in floor}
     for k in range(len(problem.experiments)):
-        for name, left in problem.raw_residuals(fitted.values, k).items():
+        for name, left in fitted.left[k].items():
             pooled[name].append(estimate(left, 0.0))
             weights[name].append(left.size)
     return {

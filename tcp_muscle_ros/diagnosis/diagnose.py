@@ -225,13 +225,7 @@ def _sensors(fitted: Fit, chosen: Sequence[Chosen]) -> dict[str, Value]:
 
 
 def _rmse(fitted: Fit) -> dict[str, float]:
-    total: dict[str, list[float]] = {}
-    for k in range(len(fitted.problem.experiments)):
-        for name, left in fitted.problem.raw_residuals(fitted.values, k).items():
-            entry = total.setdefault(name, [0.0, 0.0])
-            entry[0] += float(left @ left)
-            entry[1] += left.size
-    return {name: float(np.sqrt(s / n)) for name, (s, n) in total.items()}
+    return {name: square**0.5 for name, square in fitted.mean_square.items()}
 
 
 def _nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:
@@ -397,10 +391,7 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
     rows = []
     for k, experiment in enumerate(final.problem.experiments):
         outputs = final.problem.outputs(final.values, k)
-        first, last = (
-            calibrated.problem.raw_residuals(calibrated.values, k),
-            final.problem.raw_residuals(final.values, k),
-        )
+        first, last = calibrated.left[k], final.left[k]
         row = []
         for name, o in experiment.observed.items():
             d = drivers(experiment, outputs, o.time)

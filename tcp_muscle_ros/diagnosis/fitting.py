@@ -119,7 +119,9 @@ class Problem:
 
     def zeros(self, values: Values, recording: int) -> dict[str, float]:
         """The floating zeros that the projection took out (SI): recorded minus predicted, by channel."""
-        predicted = self.predict(values, recording)
+        return self._zeros(self.predict(values, recording), recording)
+
+    def _zeros(self, predicted: Mapping[str, Array], recording: int) -> dict[str, float]:
         found = {}
         for name, observed in self.experiments[recording].observed.items():
             if name in FLOATING_ZERO:
@@ -134,14 +136,14 @@ class Problem:
     ) -> dict[str, Array]:
         """Recorded minus predicted (SI) by channel, after the floating zeros (those of ``zeros`` where known)."""
         predicted = self.predict(values, recording)
-        zeros = {**self.zeros(values, recording), **(zeros or {})}
+        zeros = {**self._zeros(predicted, recording), **(zeros or {})}
         return {
             name: observed.value - predicted[name] - zeros.get(name, 0.0)
             for name, observed in self.experiments[recording].observed.items()
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A fitted problem: the unknowns ``z`` in the fit's coordinates, whitened residuals by recording, and the misfit.
 
@@ -171,6 +173,21 @@ class Fit:
         labels = clusters(experiments, [self.problem.outputs(values, k) for k in range(len(experiments))])
         wider = inflation(covariance, self.jacobian, np.concatenate(self.residuals), labels)
         return covariance * np.outer(wider, wider)
+
+    @cached_property
+    def left(self) -> list[dict[str, Array]]:
+        """Recorded minus fitted (SI), by channel, one a recording."""
+        values = self.values
+        return [self.problem.raw_residuals(values, k) for k in range(len(self.problem.experiments))]
+
+    @cached_property
+    def mean_square(self) -> dict[str, float]:
+        """Of what is left (SI squared), by channel."""
+        names = sorted({name for left in self.left for name in left})
+        return {
+            name: float(np.mean(np.concatenate([left[name] for left in self.left if name in left]) ** 2))
+            for name in names
+        }
 
     @property
     def values(self) -> dict[tuple[str, int | None], float]:

@@ -7,6 +7,7 @@ when the gain is a real share of what was unexplained.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -102,12 +103,13 @@ class Selection:
     rejected: tuple[str, ...] = ()
 
 
+@lru_cache(maxsize=8)
 def structures(fitted: Fit) -> dict[str, Structure]:
     """The generic model of what a fit leaves, by channel."""
     problem = fitted.problem
     values = fitted.values
     outputs = [problem.outputs(values, k) for k in range(len(problem.experiments))]
-    left = [problem.raw_residuals(values, k) for k in range(len(problem.experiments))]
+    left = fitted.left
     floor = quick_noise(problem.experiments)
     found = {}
     for name in sorted({n for e in problem.experiments for n in e.observed}):
@@ -128,7 +130,7 @@ def robust_noise(fitted: Fit, found: dict[str, Structure]) -> dict[str, Noise]:
     fits. Its weight returns as effects are accepted.
     """
     return {
-        name: Noise(max(s.noise.sigma * float(np.sqrt(s.inflation)), _mean_square(fitted, name) ** 0.5), s.noise.phi)
+        name: Noise(max(s.noise.sigma * float(np.sqrt(s.inflation)), fitted.mean_square[name] ** 0.5), s.noise.phi)
         for name, s in found.items()
     }
 
@@ -240,21 +242,12 @@ def _share(before: dict[str, Structure], fitted: Fit, after: Fit) -> float:
     shares = []
     left = structures(after)
     for name, s in before.items():
-        a = _mean_square(fitted, name)
-        b = _mean_square(after, name)
+        a = fitted.mean_square[name]
+        b = after.mean_square[name]
         gap = a - min(s.noise.sigma, left[name].noise.sigma) ** 2
         if (s.significant or a - b > _REAL * a) and gap > 0.0:
             shares.append((a - b) / gap)
     return max(shares, default=0.0)
-
-
-def _mean_square(fitted: Fit, channel: str) -> float:
-    left = [
-        fitted.problem.raw_residuals(fitted.values, k)[channel]
-        for k, e in enumerate(fitted.problem.experiments)
-        if channel in e.observed
-    ]
-    return float(np.mean(np.concatenate(left) ** 2))
 
 
 def select(
@@ -379,8 +372,8 @@ def _largest_share(missing: Fit, without: Fit, fitted: Fit) -> float:
     shares = []
     noises = robust_noise(fitted, structures(fitted))
     for name, noise in noises.items():
-        missed = _mean_square(missing, name) - noise.sigma**2
-        drop = _mean_square(without, name) - _mean_square(fitted, name)
+        missed = missing.mean_square[name] - noise.sigma**2
+        drop = without.mean_square[name] - fitted.mean_square[name]
         if missed > 0.0 and drop > _TRIFLE * noise.sigma**2:
             shares.append(drop / missed)
     return max(shares, default=0.0)
