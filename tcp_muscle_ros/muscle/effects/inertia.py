@@ -63,5 +63,5 @@ EFFECT = Effect(
     hooks={'position': position, 'rates': rates, 'initial': initial},
     strength='b',
     states=('position', 'velocity'),
-    fastest_rate=lambda c, p: 2.0 * sqrt(1.1 * p[INDEX['k0']] * GRAVITY / (max(c[0], _SMALLEST) * _LIGHTEST)),
+    fastest_rate=lambda c, p: 0.7 * sqrt(1.1 * p[INDEX['k0']] * GRAVITY / (max(c[0], _SMALLEST) * _LIGHTEST)),
 )
