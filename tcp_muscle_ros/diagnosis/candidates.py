@@ -52,7 +52,7 @@ class Candidate:
     @property
     def worth(self) -> float:
         """The gain less the price of its parameters."""
-        return self.gain - PER_PARAMETER * len(EFFECTS[self.effect].parameters) * max(len(self.own), 1)
+        return self.gain - PER_PARAMETER * len(EFFECTS[self.effect].fitted) * max(len(self.own), 1)
 
     def starts(self) -> 'list[Candidate]':
         """Where a refit may start: as far as the linear approximation goes, and less far; and at the usual strength.
@@ -103,14 +103,16 @@ def variants(effect: str, duration: float) -> list[dict[str, float]]:
     """
     definition = EFFECTS[effect]
     usual = {f'{effect}.{row.name}': row.value for row in definition.parameters}
+    if definition.whole:
+        usual[f'{effect}.{definition.whole}'] = duration
     if definition.moments:
         begin, span = (f'{effect}.{name}' for name in definition.moments)
         return [{**usual, begin: at * duration, span: long * duration} for at in _BEGINS for long in _SPANS]
     # From a tenth of the usual strength the linear approximation reaches what from the usual one it does not.
     key = f'{effect}.{definition.strength}'
     found = [usual, {**usual, key: definition.none + _WEAK * (usual[key] - definition.none)}]
-    for row in definition.parameters:
-        if row.name == definition.strength or row.choices:
+    for row in definition.fitted:
+        if row.name == definition.strength:
             continue
         for share in (0.2, 0.8):
             if row.low > 0.0 and row.high / row.low > 10.0:

@@ -11,7 +11,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit, Problem, fit
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
-_STRETCHES = 4  # of a recording
+_STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
 _CLUSTER = 15.0  # s: stretches over which errors are summed before their scatter is judged
 _SEEN = 4.0  # squared whitened difference of two predictions, below which a fold says nothing
 
@@ -36,10 +36,13 @@ def folds(problem: Problem) -> list[Fold]:
     for k, experiment in enumerate(experiments):
         time = experiment.imposed.time
         edges = np.linspace(time[0], time[-1], _STRETCHES + 1)
-        stretches.append([(k, float(a), float(b)) for a, b in pairwise(edges)])
+        parts = [(k, float(a), float(b)) for a, b in pairwise(edges)]
+        # Far apart: what drifts is then predicted between what was seen as well as beyond it.
+        apart = _STRETCHES // _AT_A_TIME
+        stretches.append([tuple(parts[first::apart]) for first in range(apart)])
     if len(experiments) > 2:
-        return [Fold(tuple(part)) for part in zip(*stretches, strict=True)]
-    return [Fold((part,)) for parts in stretches for part in parts]
+        return [Fold(sum(parts, ())) for parts in zip(*stretches, strict=True)]
+    return [Fold(parts) for own in stretches for parts in own]
 
 
 def _cut(observed: Observed, keep: Mask) -> Observed:

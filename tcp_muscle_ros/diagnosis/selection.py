@@ -183,7 +183,7 @@ def _prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
     def order(rival: Rival) -> tuple[bool, bool, int, float]:
         own = any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
-        return own, EFFECTS[rival.effect].stage != 'sensor', len(EFFECTS[rival.effect].parameters), rival.score
+        return own, EFFECTS[rival.effect].stage != 'sensor', len(EFFECTS[rival.effect].fitted), rival.score
 
     return min(close, key=order)
 

@@ -77,9 +77,7 @@ def effect_unknowns(name: str, parameters: Parameters, owner: int | None = None)
     """
     unknowns = []
     effect = EFFECTS[name]
-    for row in effect.parameters:
-        if row.choices:
-            continue
+    for row in effect.fitted:
         key = f'{name}.{row.name}'
         wide = row.low > 0.0 and row.high / row.low > 10.0
         value = parameters[key]

@@ -9,7 +9,7 @@ ZERO_CELSIUS = 273.15
 class Parameter:
     """A parameter in SI. ``absolute`` marks an absolute temperature: K inside, degC at the edge.
 
-    ``choices``: the value is the place of one of these names, and is never fitted but tried.
+    ``choices``: the value is the place of one of these names. ``fitted`` False: a fit leaves it as it is.
     """
 
     name: str
@@ -21,6 +21,7 @@ class Parameter:
     source: str
     absolute: bool = False
     choices: tuple[str, ...] = ()
+    fitted: bool = True
 
     @property
     def edge_unit(self) -> str:

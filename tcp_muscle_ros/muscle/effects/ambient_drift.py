@@ -1,11 +1,10 @@
-"""T-04 ambient drift: the air around the muscle warms up while the ambient thermometer does not tell.
+"""T-04 ambient drift: the air around the muscle changes while the ambient thermometer does not tell.
 
-    Tinf -> Tinf + a (1 - exp(-t / tau))
+    Tinf -> Tinf + a z (1 + (1 - z) (b + c (1 - 2 z))),   z = min(t / tau, 1)
 
-Rooms and enclosures drift 0.3 to 2 K over minutes.
+Rooms and enclosures drift 0.3 to 2 K over minutes: by a in all, by way of a bow b and a swing c. Without them it is a
+ramp; with b = 1 it slows down to its end as an enclosure does that warms up.
 """
-
-from math import expm1
 
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects.effect import Effect
@@ -15,20 +14,24 @@ from tcp_muscle_ros.muscle.quantities import AMBIENT, TIME
 
 def surroundings(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Shift the ambient temperature."""
-    q[AMBIENT] -= c[0] * expm1(-q[TIME] / c[1])
+    z = min(q[TIME] / c[3], 1.0)
+    q[AMBIENT] += c[0] * z * (1.0 + (1.0 - z) * (c[1] + c[2] * (1.0 - 2.0 * z)))
 
 
 EFFECT = Effect(
     name='ambient_drift',
     row='T-04',
     stage='thermal',
-    equation='Tinf + a (1 - exp(-t / tau))',
-    source='enclosure that warms up',
+    equation='Tinf + a z (1 + (1 - z) (b + c (1 - 2 z))), z = t / tau',
+    source='rooms and enclosures that warm up',
     parameters=(
-        Parameter('a', 1.0, 'K', -20.0, 20.0, 'final rise of the ambient', 'estimated: 0.3 to 2 K'),
-        Parameter('tau', 200.0, 's', 10.0, 1e5, 'time constant of the rise', 'estimated: minutes'),
+        Parameter('a', 1.0, 'K', -20.0, 20.0, 'rise of the ambient in all', 'estimated: 0.3 to 2 K'),
+        Parameter('b', 0.0, '1', -20.0, 20.0, 'bow on the way, over the rise', 'a free choice'),
+        Parameter('c', 0.0, '1', -40.0, 40.0, 'swing on the way, over the rise', 'a free choice'),
+        Parameter('tau', 200.0, 's', 10.0, 1e5, 'how long it goes on', 'estimated: minutes', fitted=False),
     ),
     hooks={'surroundings': surroundings},
     strength='a',
     circumstance=True,
+    whole='tau',
 )

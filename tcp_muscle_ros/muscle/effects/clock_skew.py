@@ -114,7 +114,7 @@ EFFECT = Effect(
         Parameter('r', 0.0, '1', 0.0, 5e-3, 'pace at which its clock falls behind', 'quartz 1e-4, a busy logger 1e-3'),
         Parameter(
             'channel', 0.0, '1', 0.0, 2.0, 'which: 0 temperature, 1 displacement, 2 resistance', 'a free choice',
-            choices=CHANNELS,
+            choices=CHANNELS, fitted=False,
         ),
     ),
     hooks={'sensor': sensor, 'initial': initial, 'begin': begin, 'commit': commit},

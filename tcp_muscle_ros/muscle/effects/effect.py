@@ -54,7 +54,7 @@ class Effect:
     parameter that switches it off at its value ``none`` (the amplitude that a fit lets grow). ``motion``: its
     ``heat`` needs ``q[VELOCITY]`` or ``q[FORCE_RATE]``, which depend on the heating they change. ``circumstance``: it
     is no property of the muscle but of the room or the rig at the time, and may differ from recording to recording.
-    ``moments``: its parameters that are instants or spans of a recording.
+    ``moments``: its parameters that are instants or spans of a recording; ``whole``: one that is a recording's length.
     """
 
     name: str
@@ -71,6 +71,12 @@ class Effect:
     motion: bool = False
     circumstance: bool = False
     moments: tuple[str, ...] = ()
+    whole: str = ''
+
+    @property
+    def fitted(self) -> tuple[Parameter, ...]:
+        """The parameters that a fit moves."""
+        return tuple(row for row in self.parameters if row.fitted)
 
     def __post_init__(self) -> None:
         unknown = set(self.hooks) - set(POINTS)
