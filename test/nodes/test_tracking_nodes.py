@@ -56,7 +56,8 @@ def assert_settles(step, factor, overshoot):
     assert step.response.steady_error < 1e-4
 
 
-@pytest.mark.parametrize(('limit', 'target'), [(0.27, 0.020), (0.27, 0.040), (0.40, 0.020), (0.40, 0.040)])
+# Half a minute each: the other two pairs, and twenty muscles, are followed without processes in test_tracking.py.
+@pytest.mark.parametrize(('limit', 'target'), [(0.27, 0.040), (0.40, 0.020)])
 def test_heats_as_fast_as_the_muscle_can_and_releases_as_fast_as_it_cools(tmp_path, limit, target):
     heated = REST + study.full_current_time(MODEL, limit, target) + 7.0
 
@@ -69,7 +70,7 @@ def test_heats_as_fast_as_the_muscle_can_and_releases_as_fast_as_it_cools(tmp_pa
     assert_settles(release, 1.05, 0.02)
 
 
-@pytest.mark.parametrize('number', [3, 4, 12])
+@pytest.mark.parametrize('number', [4, 12])
 def test_copes_with_a_muscle_that_is_not_the_model(tmp_path, number):
     plant = list(study.draws(MODEL, 20, seed=1))[number][0]
     (step,), _ = followed(tmp_path, plant, 0.4, lambda t: 0.0 if t < REST else 0.02, REST + 9.0)
