@@ -1,0 +1,371 @@
+"""What a selection means: findings with their intervals, where, what remains, the verdict, and the better muscle."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.calibration import quick_noise, unit_of
+from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
+from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment
+from tcp_muscle_ros.diagnosis.findings import (
+    Change,
+    ChannelFit,
+    Diagnosis,
+    Finding,
+    Location,
+    NotTestable,
+    Proposal,
+    Ranked,
+    RecordingSummary,
+    Series,
+    Unexplained,
+    Value,
+)
+from tcp_muscle_ros.diagnosis.fitting import FLOATING_ZERO, Fit
+from tcp_muscle_ros.diagnosis.generic import drivers
+from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
+from tcp_muscle_ros.diagnosis.next_experiment import propose
+from tcp_muscle_ros.diagnosis.selection import ALIKE, AMBIGUOUS, THRESHOLD, Chosen, Selection
+from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
+
+# Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
+LEAST_SIGNAL = 3.0
+# A generic misfit that keeps more than this share of what was there has not been explained by the named effects.
+STILL_UNEXPLAINED = 0.35
+_BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
+_FORM = ALIKE**0.5  # of what an effect does: as far as its listed form is told from the muscle's own
+_MATTERS = 0.02  # of what a parameter may differ by, a priori
+_FAR_OFF = 0.05  # of a channel's span
+
+
+def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]:
+    """Each recording as it was read."""
+    found = []
+    for e in experiments:
+        count = max(float(o.count.sum()) for o in e.observed.values())
+        channels = (e.imposed.kind, *e.observed)
+        found.append(RecordingSummary(e.name, e.duration, count / max(e.duration, 1e-9), channels, e.notes))
+    return tuple(found)
+
+
+def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = None) -> dict[str, Value]:
+    """The calibrated parameters of the muscle, with intervals.
+
+    What the effects move them by, as against a fit ``without`` any, is known as well as the effects' form is.
+    """
+    bare = dict(zip((u.key for u in without.problem.unknowns), without.z, strict=True)) if without else {}
+    found = {}
+    for k, u in enumerate(fitted.problem.unknowns):
+        if u.recording is not None or '.' in u.name or u.name in (AMBIENT, START):
+            continue
+        low, high = fitted.interval(k, beside=_FORM * abs(float(fitted.z[k]) - bare.get(u.key, float(fitted.z[k]))))
+        value = u.from_fit(float(fitted.z[k]))
+        fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
+        edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
+        found[u.name] = Value(value, low, high, unit_of(u.name), nominal[u.name], fixed, edge)
+    return found
+
+
+def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
+    found = {}
+    for k, u in enumerate(fitted.problem.unknowns):
+        if not u.name.startswith(f'{effect}.'):
+            continue
+        low, high = fitted.interval(k)
+        value = u.from_fit(float(fitted.z[k]))
+        edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
+        row = SPECIFICATIONS[u.name]
+        usual = float('nan') if EFFECTS[effect].strength == row.name else row.value
+        fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
+        owner = '' if u.recording is None else f' [{u.recording + 1}]'
+        found[row.name + owner] = Value(value, low, high, row.unit, usual, fixed, edge)
+    for row in EFFECTS[effect].parameters:
+        if row.choices:
+            chosen = fitted.problem.parameters[f'{effect}.{row.name}']
+            found[row.name] = Value(chosen, chosen, chosen, row.unit, row.value)
+    return found
+
+
+def _sensors(fitted: Fit, chosen: Sequence[Chosen]) -> dict[str, Value]:
+    """Sensor nuisances: effects of the sensor stage, and what each recording started from."""
+    found: dict[str, Value] = {}
+    for c in chosen:
+        if EFFECTS[c.effect].stage == 'sensor':
+            found |= {f'{c.effect}.{name}': v for name, v in _effect_values(fitted, c.effect).items()}
+    for k, u in enumerate(fitted.problem.unknowns):
+        if u.recording is not None and u.name in (AMBIENT, START):
+            low, high = fitted.interval(k)
+            found[f'{u.name} [{u.recording + 1}]'] = Value(u.from_fit(float(fitted.z[k])), low, high, 'K', u.start)
+    return found
+
+
+def _rmse(fitted: Fit) -> dict[str, float]:
+    return {name: square**0.5 for name, square in fitted.mean_square.items()}
+
+
+def _nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:
+    """What the nominal muscle shows, each recording at rest at its stated ambient, zeros of the rig taken out."""
+    found = []
+    for experiment in fitted.problem.experiments:
+        predicted = experiment.predict(nominal)
+        for name in FLOATING_ZERO:
+            if name in predicted:
+                predicted[name] = predicted[name] + np.mean(experiment.observed[name].value - predicted[name])
+        found.append(predicted)
+    return found
+
+
+def _fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
+    calibrated = selection.before.rmse()
+    improved = selection.after.rmse()
+    squares: dict[str, list[float]] = {}
+    for experiment, predicted in zip(
+        selection.final.problem.experiments, _nominal_predictions(selection.final, nominal), strict=True
+    ):
+        for name, o in experiment.observed.items():
+            entry = squares.setdefault(name, [0.0, 0.0])
+            entry[0] += float(np.sum((o.value - predicted[name]) ** 2))
+            entry[1] += o.time.size
+    nominal_rmse = {name: float(np.sqrt(s / n)) for name, (s, n) in squares.items()}
+    return {
+        name: ChannelFit(
+            nominal_rmse[name],
+            calibrated.get(name, float('nan')),
+            improved.get(name, float('nan')),
+            selection.structure_after[name].noise.sigma,
+            name in improved,
+        )
+        for name in nominal_rmse
+    }
+
+
+def _unexplained(selection: Selection) -> Unexplained | None:
+    """What remains, if it is real and no trifle beside what was there."""
+    after = selection.structure_after
+    had, has = _rmse(selection.calibrated), _rmse(selection.final)
+    left: dict[str, float] = {}
+    for name, s in after.items():
+        missed = has[name] ** 2 - s.noise.sigma**2
+        # Beyond the noise it is real even where no regularity predicts it; far beyond, even where none is found.
+        beyond = missed / s.noise.sigma**2
+        if (s.significant and (s.confirmed or beyond > _BEYOND)) or beyond > _FAR_BEYOND:
+            left[name] = missed / max(had[name] ** 2 - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
+    channel = max(left, key=lambda name: left[name], default=None)
+    if channel is None or left[channel] < STILL_UNEXPLAINED:
+        return None
+    share = left[channel]
+    place = locate(selection.final, after, channel)
+    driver = place.drivers[0]
+    recording, start, end = place.intervals[0]
+    return Unexplained(
+        place.stage, channel, min(share, 1.0), driver.variable, driver.low, driver.high, (recording, start, end)
+    )
+
+
+def _far_off(rmse: Mapping[str, float], experiments: Sequence[Experiment]) -> str | None:
+    """The channel that the model misses most, if by so much that nobody would call it agreement, whatever its noise."""
+    quick = quick_noise(experiments)
+    worst: tuple[float, str | None] = (_FAR_OFF, None)
+    for name, error in rmse.items():
+        span = max(float(np.ptp(e.observed[name].value)) for e in experiments if name in e.observed)
+        if error > 10.0 * quick[name].sigma and error > worst[0] * span:
+            worst = error / span, name
+    return worst[1]
+
+
+def _most_improved(selection: Selection) -> str | None:
+    """The channel of whose misfit the chosen effects take the largest share away; None where none were chosen."""
+    if not selection.chosen:
+        return None
+    had, has = _rmse(selection.calibrated), _rmse(selection.final)
+    return min(had, key=lambda name: has[name] / had[name])
+
+
+def _findings(selection: Selection, location: Location | None) -> tuple[Finding, ...]:
+    final = selection.final
+    before, after = selection.before.rmse(), selection.after.rmse()
+    change = {name: Change(before[name], after[name]) for name in after if name in before}
+    found = []
+    for c in selection.chosen:
+        effect = EFFECTS[c.effect]
+        values = _effect_values(final, c.effect)
+        found.append(
+            Finding(
+                c.effect,
+                effect.stage,
+                finding_sentence(c.effect, values, c.indistinguishable),
+                effect.equation,
+                values,
+                c.confidence,
+                c.indistinguishable,
+                change,
+                c.drop,
+            )
+        )
+    # Physics before sensors, the stronger first.
+    return tuple(sorted(found, key=lambda f: (f.stage == 'sensor', -f.gain)))
+
+
+def _not_testable(selection: Selection, tried: Sequence[str]) -> tuple[NotTestable, ...]:
+    found = [NotTestable(name, why) for name, why in NEVER_TESTABLE.items()]
+    chosen = {c.effect for c in selection.chosen}
+    for name in EFFECTS:
+        if name in NEVER_TESTABLE or name in chosen:
+            continue
+        if name not in tried:
+            found.append(NotTestable(name, 'these recordings are sampled too slowly to show it'))
+        elif selection.signals.get(name, 0.0) < LEAST_SIGNAL:
+            found.append(
+                NotTestable(
+                    name,
+                    'at plausible strength it would change these recordings by less than their noise once the '
+                    'parameters are recalibrated',
+                )
+            )
+    return tuple(found)
+
+
+def _proposal(selection: Selection) -> Proposal | None:
+    """The experiment that separates the strongest finding from what it cannot be told from."""
+    for c in selection.chosen:
+        if not c.indistinguishable:
+            continue
+        mine = next(r for r in c.rivals if r.effect == c.effect)
+        other = next(r for r in c.rivals if r.effect == c.indistinguishable[0])
+        return propose(mine.fit, other.fit, (c.effect, other.effect), AMBIGUOUS)
+    return None
+
+
+def _parameters_wrong(selection: Selection, nominal: Parameters) -> bool:
+    """Whether recalibration mattered: the muscle's parameters lie outside what the data leave around nominal.
+
+    All together, for what the data fix may be a combination, such as C/hA, and none of its members.
+    """
+    fitted = selection.calibrated
+    mine = [k for k, u in enumerate(fitted.problem.unknowns) if u.recording is None and '.' not in u.name]
+    unknowns = [fitted.problem.unknowns[k] for k in mine]
+    shift = np.array([float(fitted.z[k]) - u.to_fit(nominal[u.name]) for k, u in zip(mine, unknowns, strict=True)])
+    scale = np.array([max(u.prior_spread, 1e-9) for u in unknowns])
+    distance = shift @ np.linalg.pinv(fitted.covariance[np.ix_(mine, mine)], hermitian=True) @ shift
+    return bool(distance > THRESHOLD + len(mine) and np.max(np.abs(shift) / scale) > _MATTERS)
+
+
+def _verdict(findings: Sequence[Finding], unexplained: Unexplained | None, wrong: bool) -> str:
+    if any(f.stage != 'sensor' for f in findings):
+        return 'missing_physics'
+    if unexplained is not None:
+        return 'unexplained'
+    if findings:
+        return 'sensor_or_setup'
+    return 'wrong_parameters' if wrong else 'match'
+
+
+def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ...], ...]:
+    calibrated, final = selection.calibrated, selection.final
+    nominals = _nominal_predictions(final, nominal)
+    rows = []
+    for k, experiment in enumerate(final.problem.experiments):
+        outputs = final.problem.outputs(final.values, k)
+        first, last = calibrated.left[k], final.left[k]
+        row = []
+        for name, o in experiment.observed.items():
+            d = drivers(experiment, outputs, o.time)
+            row.append(
+                Series(
+                    name,
+                    o.time,
+                    o.value,
+                    nominals[k][name],
+                    o.value - first[name],
+                    o.value - last[name],
+                    d.temperature,
+                    d.rate,
+                    d.heating,
+                )
+            )
+        rows.append(tuple(row))
+    return tuple(rows)
+
+
+def improved_muscle(final: Fit) -> Parameters:
+    """The muscle with its calibrated parameters and physics.
+
+    What belongs to the sensors stays in the report, and so do circumstances that differed from recording to recording.
+    """
+    muscle = final.muscle
+    own = {u.name.split('.')[0] for u in final.problem.unknowns if '.' in u.name and u.recording is not None}
+    physics = [e for e in muscle.effects if EFFECTS[e].stage != 'sensor' and e not in own]
+    return muscle.only_effects(physics)
+
+
+def conclude(
+    selection: Selection, nominal: Parameters, tried: Sequence[str], seconds: Mapping[str, float]
+) -> Diagnosis:
+    """What a selection among the effects that were ``tried`` means for the nominal muscle."""
+    unexplained = _unexplained(selection)
+    before = selection.structure_before
+    channel = worst_channel(before) or _most_improved(selection)
+    location = None
+    if channel is not None:
+        stage = EFFECTS[selection.chosen[0].effect].stage if selection.chosen else STAGE_OF[channel]
+        location = locate(selection.calibrated, before, channel, stage)
+    findings = _findings(selection, location)
+    wrong = _parameters_wrong(selection, nominal)
+    verdict = _verdict(findings, unexplained, wrong)
+    fits = _fits(selection, nominal)
+    ranking = tuple(
+        Ranked(c.effect, c.stage, selection.refitted.get(c.effect, c.gain), c.effect in selection.refitted)
+        for c in selection.ranked
+    )
+    experiments = selection.final.problem.experiments
+    return Diagnosis(
+        headline=headline(verdict, findings, location, fits, unexplained),
+        verdict=verdict,
+        recordings=summaries(experiments),
+        noise={name: s.noise.sigma for name, s in selection.structure_after.items()},
+        calibration=calibrated_values(selection.final, nominal, selection.calibrated),
+        sensors=_sensors(selection.final, selection.chosen),
+        location=location if verdict not in ('match', 'wrong_parameters') else None,
+        findings=findings,
+        fit=fits,
+        ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
+        not_testable=_not_testable(selection, tried),
+        unexplained=unexplained,
+        next_experiment=_proposal(selection),
+        nominal=nominal,
+        improved=improved_muscle(selection.final),
+        drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
+        series=_series(selection, nominal),
+        notes=notes(experiments),
+        seconds=dict(seconds),
+    )
+
+
+def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
+    """What the kind of recording costs: no thermometer, one recording, a drive that follows the muscle."""
+    found = []
+    if not any('temperature' in e.observed for e in experiments):
+        found.append(
+            'no thermometer was recorded: the temperature is inferred from the input; hA, C and the stroke gain '
+            'are known in combination only, and thermal and mechanical causes are hard to tell apart'
+        )
+    if len(experiments) < 3:
+        few = 'a single recording: held out are stretches of it' if len(experiments) == 1 else ''
+        found.append(f'{few or "two recordings: held out are stretches of them"}, no other condition')
+    if any(_closed_loop(e) for e in experiments):
+        found.append(
+            'the drive follows the muscle (closed loop): the controller hides in the current what it corrects in the '
+            'displacement, so that creep, hysteresis and a loss of stroke show little; record open-loop steps to see '
+            'them'
+        )
+    return tuple(found)
+
+
+def _closed_loop(experiment: Experiment) -> bool:
+    """A drive with many levels, where a setpoint was recorded or it changes at nearly every tick, is a controller's."""
+    drive = experiment.imposed.drive
+    changes = np.count_nonzero(np.diff(drive)) / max(drive.size - 1, 1)
+    told = experiment.known.get(FOLLOWS_SETPOINT) is True
+    return bool((told or changes > 0.3) and np.unique(np.round(drive, 6)).size > 50)
