@@ -21,7 +21,7 @@ from tcp_muscle_ros.diagnosis.replicates import pure_error
 from tcp_muscle_ros.muscle import EFFECTS
 
 MOST_EFFECTS = 4
-SHORTLIST, _REVISED = 6, 4
+SHORTLIST, _REVISED = 6, 3
 # 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
 THRESHOLD = 20.0
 # Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.

@@ -54,7 +54,7 @@ EFFECT = Effect(
     equation='(1 - f) C dTs/dt = i^2 R - hA (Ts - Tinf) - G (Ts - T), f C dT/dt = G (Ts - T)',
     source='sheath and core in series',
     parameters=(
-        Parameter('f', 0.5, '1', 0.0, 0.9, 'share of the capacity in the core', 'estimated'),
+        Parameter('f', 0.5, '1', 0.0, 0.8, 'share of the capacity in the core', 'estimated'),
         Parameter('G', 0.12, 'W/K', 0.005, 10.0, 'conductance from sheath to core', 'estimated: 0.05 to 1 W/K'),
     ),
     hooks={'surroundings': surroundings, 'heat': heat, 'rates': rates, 'initial': initial},
