@@ -22,6 +22,7 @@ from tcp_muscle_ros.muscle import EFFECTS
 
 MOST_EFFECTS = 4
 SHORTLIST, _REVISED = 6, 3
+_MANY = 24  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
 # 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
 THRESHOLD = 20.0
 # Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.
@@ -384,13 +385,14 @@ def _revise(
 ) -> tuple[Fit, list[str], dict[str, tuple[float, list[Rival]]]]:
     """Swap and prune: each effect must beat, in the company of the others, whatever could replace it."""
     contests: dict[str, tuple[float, list[Rival]]] = {}
-    for _ in range(2):
+    for _ in range(2 if len(present.problem.unknowns) <= _MANY else 1):
         changed = False
         for effect in list(accepted):
             bare = shrink(present, effect)
             pool = [e for e in effects if e == effect or e not in accepted]
             ranked, _signals = screen(bare, pool, progress)
-            rivals = [r for r in rivals_for(bare, ranked, progress, _REVISED) if r.effect != effect]
+            most = _REVISED if len(bare.problem.unknowns) <= _MANY else 1
+            rivals = [r for r in rivals_for(bare, ranked, progress, most) if r.effect != effect]
             rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)
             drop = penalised(bare) - min(r.score for r in rivals)
             if drop < THRESHOLD:
