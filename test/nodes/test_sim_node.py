@@ -305,11 +305,12 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
         command.publish(Float64(data=0.2))  # the first may come before the node has met its publisher
         advance()
         assert time.monotonic() < deadline, 'it does not warm up'
-    for _ in range(20):
+    steady = now[0]  # until here it may have been catching up with what it met late
+    for _ in range(40):
         advance()
     bench.until(lambda: stamp(sim.joints.last) > (now[0] - 0.03) * 1e9, 'it falls behind')
-    stamps = sorted({stamp(message) for _, message in sim.joints})
-    apart = [b - a for a, b in pairwise(stamps[5:])]
+    stamps = sorted({stamp(message) for _, message in sim.joints if stamp(message) > steady * 1e9})
+    apart = [b - a for a, b in pairwise(stamps)]
     assert apart.count(10_000_000) > 0.9 * len(apart), 'two ticks for each step of the clock'
     for jump in (-50.0, 1000.0):
         counted = int(facts().get('clock_jumps', 0))  # a machine that stood still for a second has one already
