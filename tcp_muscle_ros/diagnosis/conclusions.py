@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.calibration import quick_noise, unit_of
+from tcp_muscle_ros.diagnosis.calibration import unit_of
 from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
 from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment
 from tcp_muscle_ros.diagnosis.findings import (
@@ -37,7 +37,6 @@ STILL_UNEXPLAINED = 0.35
 _BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
 _FORM = ALIKE**0.5  # of what an effect does: as far as its listed form is told from the muscle's own
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
-_FAR_OFF = 0.05  # of a channel's span
 
 
 def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]:
@@ -101,10 +100,6 @@ def _sensors(fitted: Fit, chosen: Sequence[Chosen]) -> dict[str, Value]:
     return found
 
 
-def _rmse(fitted: Fit) -> dict[str, float]:
-    return {name: square**0.5 for name, square in fitted.mean_square.items()}
-
-
 def _nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:
     """What the nominal muscle shows, each recording at rest at its stated ambient, zeros of the rig taken out."""
     found = []
@@ -144,14 +139,14 @@ def _fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
 def _unexplained(selection: Selection) -> Unexplained | None:
     """What remains, if it is real and no trifle beside what was there."""
     after = selection.structure_after
-    had, has = _rmse(selection.calibrated), _rmse(selection.final)
+    had, has = selection.calibrated.mean_square, selection.final.mean_square
     left: dict[str, float] = {}
     for name, s in after.items():
-        missed = has[name] ** 2 - s.noise.sigma**2
+        missed = has[name] - s.noise.sigma**2
         # Beyond the noise it is real even where no regularity predicts it; far beyond, even where none is found.
         beyond = missed / s.noise.sigma**2
         if (s.significant and (s.confirmed or beyond > _BEYOND)) or beyond > _FAR_BEYOND:
-            left[name] = missed / max(had[name] ** 2 - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
+            left[name] = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
     channel = max(left, key=lambda name: left[name], default=None)
     if channel is None or left[channel] < STILL_UNEXPLAINED:
         return None
@@ -164,22 +159,11 @@ def _unexplained(selection: Selection) -> Unexplained | None:
     )
 
 
-def _far_off(rmse: Mapping[str, float], experiments: Sequence[Experiment]) -> str | None:
-    """The channel that the model misses most, if by so much that nobody would call it agreement, whatever its noise."""
-    quick = quick_noise(experiments)
-    worst: tuple[float, str | None] = (_FAR_OFF, None)
-    for name, error in rmse.items():
-        span = max(float(np.ptp(e.observed[name].value)) for e in experiments if name in e.observed)
-        if error > 10.0 * quick[name].sigma and error > worst[0] * span:
-            worst = error / span, name
-    return worst[1]
-
-
 def _most_improved(selection: Selection) -> str | None:
     """The channel of whose misfit the chosen effects take the largest share away; None where none were chosen."""
     if not selection.chosen:
         return None
-    had, has = _rmse(selection.calibrated), _rmse(selection.final)
+    had, has = selection.calibrated.mean_square, selection.final.mean_square
     return min(had, key=lambda name: has[name] / had[name])
 
 
