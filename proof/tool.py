@@ -16,7 +16,8 @@ from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, quick_n
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.experiment import Experiment, prepare
 from tcp_muscle_ros.diagnosis.findings import Diagnosis
-from tcp_muscle_ros.diagnosis.fitting import Fit, Problem, fit
+from tcp_muscle_ros.diagnosis.fitting import Fit, fit
+from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, base_unknowns
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.parameter_file import ParameterFile, read, write
@@ -123,7 +124,7 @@ def replayed(fitted: Fit, k: int) -> Replayed:
     if (AMBIENT, k) in values:
         room = np.full(experiment.imposed.time.size, values[AMBIENT, k])
         experiment = replace(experiment, imposed=replace(experiment.imposed, ambient=room))
-    return Replayed(experiment, fitted.problem.outputs(values, k), fitted.problem.raw_residuals(values, k))
+    return Replayed(experiment, fitted.problem.outputs(values, k), fitted.left[k])
 
 
 def errors(runs: list[Replayed]) -> dict[str, float]:

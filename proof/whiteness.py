@@ -39,7 +39,7 @@ def residuals(fitted: Fit) -> dict[str, list[np.ndarray]]:
     """Recorded minus fitted by channel, one array a recording."""
     found: dict[str, list[np.ndarray]] = {}
     for k in range(len(fitted.problem.experiments)):
-        for name, left in fitted.problem.raw_residuals(fitted.values, k).items():
+        for name, left in fitted.left[k].items():
             found.setdefault(name, []).append(left)
     return found
 

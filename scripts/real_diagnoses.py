@@ -14,7 +14,7 @@ from tcp_muscle_ros.diagnosis.calibration import Calibration, Estimate, calibrat
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.findings import Diagnosis
-from tcp_muscle_ros.diagnosis.fitting import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.report.words import chance, error_text, number, percent, plain, range_text
 

@@ -115,7 +115,7 @@ def draw(group: Group, together: Calibration, names: list[str]) -> Path:
         experiment = problem.experiments[k]
         name = channel_of(experiment)
         o = experiment.observed[name]
-        left = problem.raw_residuals(together.fit.values, k)[name]
+        left = together.fit.left[k][name]
         top, bottom = axes[column], axes[len(picked) + column]
         top.plot(o.time, shown(name, o.value), color=RECORDED, linewidth=1.1, label='recorded')
         top.plot(o.time, shown(name, o.value - left), color=PREDICTED, linewidth=1.2, label="the paper's model")

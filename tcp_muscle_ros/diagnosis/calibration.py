@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.fitting import Fit, Problem, fit, residual_vector
+from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.noise import Noise, estimate, white_sigma
+from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, FACTOR, START, Unknown, base_unknowns
 from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
@@ -88,7 +89,8 @@ def calibrate(
     z = coarse_start(problem)
     fitted = fit(problem, z, rounds=40, progress=progress)
     for _ in range(rounds - 1):
-        fitted = fit(problem.with_noise(left_over_noise(fitted)), fitted.z, rounds=12, progress=progress)
+        again = problem.with_noise(left_over_noise(fitted))
+        fitted = fit(again, fitted.z, rounds=12, known=fitted.rough_slopes, progress=progress)
     return Calibration(fitted, tuple(_estimates(fitted)), tuple(_combinations(fitted)))
 
 
@@ -138,7 +140,8 @@ def coarse_start(problem: Problem) -> Array:
                     u = problem.unknowns[k]
                     z[k] = u.to_fit(min(max(u.start * shift, u.low), u.high))
             z = _scale_stroke(problem, z)
-            misfit = float(sum(np.sum(np.minimum(part**2, 1e8)) for part in residual_vector(problem, z)))
+            parts = problem.residuals(problem.predictions(z))
+            misfit = float(sum(np.sum(np.minimum(part**2, 1e8)) for part in parts))
             if np.isfinite(misfit) and misfit < best_misfit:
                 best, best_misfit = z, misfit
     return best

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.fitting import Fit, Problem
+from tcp_muscle_ros.diagnosis.fitting import Fit
+from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.unknowns import effect_unknowns
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
 from tcp_muscle_ros.muscle.arrays import Array
@@ -134,7 +135,6 @@ class Screen:
     """The projection of a fitted problem: everything that screening an effect needs."""
 
     fit: Fit
-    base: tuple[Array, ...]
     orthonormal: Array
     left: Array
 
@@ -146,18 +146,20 @@ class Screen:
         orthonormal, _ = np.linalg.qr(augmented)
         residual = np.concatenate([*fitted.residuals, (fitted.z - fitted.problem.start()) / scale])
         left = residual - orthonormal @ (orthonormal.T @ residual)
-        return cls(fitted, fitted.residuals, orthonormal, left)
+        return cls(fitted, orthonormal, left)
 
     def change(self, effect: str, values: dict[str, float]) -> list[Array] | None:
         """What switching the effect on adds to the predictions of each recording, whitened."""
         problem = self.fit.problem
         changed = replace(problem, parameters=problem.parameters.with_effects(effect).replace(values))
-        fitted = self.fit.values
         try:
-            moved = [changed.residual(fitted, k) for k in range(len(problem.experiments))]
+            moved = changed.predictions(self.fit.z)
         except (ValueError, ArithmeticError):
             return None
-        found = [before - after for before, after in zip(self.base, moved, strict=True)]
+        found = []
+        for k, (before, after) in enumerate(zip(self.fit.predictions, moved, strict=True)):
+            added = {name: (after[name] - shown)[:, None] for name, shown in before.items()}
+            found.append(-problem.columns(added, k)[:, 0])
         return found if all(np.all(np.isfinite(part)) for part in found) else None
 
     def judge(self, effect: str, values: dict[str, float], change: list[Array]) -> Candidate:

@@ -21,10 +21,11 @@ from tcp_muscle_ros.diagnosis.findings import (
     Unexplained,
     Value,
 )
-from tcp_muscle_ros.diagnosis.fitting import FLOATING_ZERO, Fit
+from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import drivers
 from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
 from tcp_muscle_ros.diagnosis.next_experiment import propose
+from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
 from tcp_muscle_ros.diagnosis.selection import ALIKE, AMBIGUOUS, THRESHOLD, Chosen, Selection
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START

@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.experiment import Observed
-from tcp_muscle_ros.diagnosis.fitting import Fit, Problem, fit
+from tcp_muscle_ros.diagnosis.fitting import Fit, fit
+from tcp_muscle_ros.diagnosis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
@@ -107,7 +108,7 @@ def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int =
     count: dict[str, int] = {}
     for fold in folds(problem) if kept_back is None else kept_back:
         rest = training(problem, fold)
-        trained = fit(rest, fitted.z, rounds=rounds, tolerance=1e-4, slopes=_slopes_without(fitted, fold))
+        trained = fit(rest, fitted.z, rounds=rounds, tolerance=1e-4, known=_slopes_of(rest, fitted))
         z = np.array(
             [
                 own if u.name in (AMBIENT, START) or (u.recording is not None and u.recording == fold.whole) else shared
@@ -115,12 +116,13 @@ def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int =
             ]
         )
         looked = testing(problem, fold)
-        values = looked.values(z)
+        predictions = problem.predictions(z)
+        remaining, unseen = (_at_the_instants_of(part, problem, predictions) for part in (rest, looked))
         together = []
         for recording in sorted({k for k, _, _ in fold.stretches}):
             # A stretch has the zero of the rest of its recording: with one of its own it would show no drift.
-            zeros = rest.zeros(values, recording)
-            white = looked.residual(values, recording, zeros)[:-1]  # the last entry is not data
+            zeros = rest.zeros(remaining[recording], recording)
+            white = looked.residual(unseen[recording], recording, zeros)[:-1]  # the last entry is not data
             together.append(white)
             start = 0
             for channel in looked.experiments[recording].observed.values():
@@ -128,7 +130,7 @@ def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int =
                 start += channel.time.size
                 label = np.floor((channel.time - channel.time[0]) / _CLUSTER).astype(int)
                 clusters.extend(np.bincount(label, part).tolist())
-            for name, left in looked.raw_residuals(values, recording, zeros).items():
+            for name, left in looked.raw_residual(unseen[recording], recording, zeros).items():
                 squares[name] = squares.get(name, 0.0) + float(left @ left)
                 count[name] = count.get(name, 0) + left.size
         errors.append(np.concatenate(together))
@@ -154,12 +156,22 @@ class Gain:
         return self.folds > 0.5 and self.total > 3.0 * self.chance and self.total > 0.5 * self.scatter
 
 
-def _slopes_without(fitted: Fit, fold: Fold) -> Array | None:
-    """The fit's slopes without those of a recording that is kept back whole (its last residual, no data, stays)."""
-    if fold.whole is None:
-        return None
-    end = int(np.cumsum([part.size for part in fitted.residuals])[fold.whole])
-    return np.delete(fitted.jacobian, slice(end - fitted.residuals[fold.whole].size, end - 1), axis=0)
+def _at_the_instants_of(part: Problem, whole: Problem, shown: Sequence[Shown]) -> list[Shown]:
+    """Of what is shown in whole recordings (or of its slopes), the rows that a part of them observes."""
+    found = []
+    for some, every, mine in zip(part.experiments, whole.experiments, shown, strict=True):
+        # What is no channel belongs to a recording as a whole.
+        kept = {name: rows for name, rows in mine.items() if name not in every.observed}
+        for name, observed in some.observed.items():
+            kept[name] = mine[name][np.searchsorted(every.observed[name].time, observed.time)]
+        found.append(kept)
+    return found
+
+
+def _slopes_of(rest: Problem, fitted: Fit) -> list[Shown] | None:
+    """The fit's slopes at the instants that remain."""
+    known = fitted.rough_slopes
+    return None if known is None else _at_the_instants_of(rest, fitted.problem, known)
 
 
 def improvement(before: HeldOut, after: HeldOut) -> Gain:

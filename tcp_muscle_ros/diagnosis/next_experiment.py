@@ -13,8 +13,9 @@ from scipy.stats import norm
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Observed
 from tcp_muscle_ros.diagnosis.findings import Proposal, Step
-from tcp_muscle_ros.diagnosis.fitting import Fit, Problem, jacobian
+from tcp_muscle_ros.diagnosis.fitting import Fit, slopes
 from tcp_muscle_ros.diagnosis.noise import Noise
+from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle import Parameters, steady_current
 from tcp_muscle_ros.muscle.arrays import Array
@@ -130,14 +131,14 @@ def separation(a: Fit, b: Fit, experiment: Experiment) -> float:
     noise = _noise_at(b.problem.noise, b.problem.experiments, experiment)
     new_a, new_b = _alone(a, experiment, noise), _alone(b, experiment, noise)
     za, zb = _shared(a), _shared(b)
-    difference = new_b.residual(new_b.values(zb), 0) - new_a.residual(new_a.values(za), 0)
-    base = [new_b.residual(new_b.values(zb), 0)]
-    slopes = jacobian(new_b, zb, base)
+    base = new_b.predictions(zb)
+    difference = new_b.residuals(base)[0] - new_a.residuals(new_a.predictions(za))[0]
+    columns = new_b.jacobian(slopes(new_b, zb, base))
     kept = [k for k, u in enumerate(b.problem.unknowns) if u.recording is None]
     information = np.linalg.pinv(b.covariance[np.ix_(kept, kept)], hermitian=True)
-    normal = slopes.T @ slopes + information
-    taken = np.linalg.solve(normal, slopes.T @ difference)
-    left = difference - slopes @ taken
+    normal = columns.T @ columns + information
+    taken = np.linalg.solve(normal, columns.T @ difference)
+    left = difference - columns @ taken
     return float(left @ left + taken @ information @ taken)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.calibration import quick_noise
 from tcp_muscle_ros.diagnosis.candidates import PER_PARAMETER, Candidate, screen, with_effect, without_effect
-from tcp_muscle_ros.diagnosis.fitting import Fit, fit, jacobian, residual_vector
+from tcp_muscle_ros.diagnosis.fitting import Fit, fit, slopes
 from tcp_muscle_ros.diagnosis.generic import Structure, drivers, structure
 from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, folds, held_out, improvement
 from tcp_muscle_ros.diagnosis.noise import Noise
@@ -136,11 +136,17 @@ def robust_noise(fitted: Fit, found: dict[str, Structure]) -> dict[str, Noise]:
     }
 
 
+def with_noise(fitted: Fit, noise: dict[str, Noise]) -> Fit:
+    """The same fit under another noise."""
+    problem = fitted.problem.with_noise(noise)
+    return fit(problem, fitted.z, rounds=20, tolerance=1e-5, known=fitted.rough_slopes)
+
+
 def settle_noise(fitted: Fit, rounds: int = 2) -> tuple[Fit, dict[str, Structure]]:
     """Refit with the noise that the generic model leaves, until both agree."""
     found = structures(fitted)
     for _ in range(rounds):
-        fitted = fit(fitted.problem.with_noise(robust_noise(fitted, found)), fitted.z, rounds=20, tolerance=1e-5)
+        fitted = with_noise(fitted, robust_noise(fitted, found))
         found = structures(fitted)
     return fitted, found
 
@@ -158,19 +164,25 @@ def grow(fitted: Fit, candidate: Candidate, rounds: int = 20, polish: bool = Tru
     for start in candidate.starts():
         problem = with_effect(fitted.problem, start)
         z = np.concatenate([fitted.z, problem.start()[own:]])
-        parts = residual_vector(problem, z)
-        tried.append((float(sum(part @ part for part in parts)), problem, z, parts))
-    _, problem, z, parts = min(tried, key=lambda t: t[0])
-    added = jacobian(problem, z, parts, range(own, len(problem.unknowns)))
-    return fit(problem, z, rounds=rounds, tolerance=1e-5, slopes=np.hstack([fitted.jacobian, added]), polish=polish)
+        shown = problem.predictions(z)
+        tried.append((float(sum(part @ part for part in problem.residuals(shown))), problem, z, shown))
+    _, problem, z, shown = min(tried, key=lambda t: t[0])
+    added = slopes(problem, z, shown, range(own, len(problem.unknowns)))
+    known = [
+        {name: np.hstack([columns, more[name]]) for name, columns in mine.items()}
+        for mine, more in zip(fitted.slopes, added, strict=True)
+    ]
+    return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=polish)
 
 
 def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
     """Refit without one of the effects."""
     problem = without_effect(fitted.problem, effect)
-    kept = {u.key for u in problem.unknowns}
-    z0 = np.array([z for z, u in zip(fitted.z, fitted.problem.unknowns, strict=True) if u.key in kept])
-    return fit(problem, z0, rounds=rounds, tolerance=1e-5)
+    kept = [k for k, u in enumerate(fitted.problem.unknowns) if u in problem.unknowns]
+    known = fitted.rough_slopes
+    if known is not None:
+        known = [{name: columns[:, kept] for name, columns in mine.items()} for mine in known]
+    return fit(problem, fitted.z[kept], rounds=rounds, tolerance=1e-5, known=known)
 
 
 def _prefer(rivals: Sequence[Rival], bare: float) -> Rival:
@@ -205,7 +217,7 @@ def rivals_for(
     polished = []
     for rival in found:
         if rival.score - found[0].score < _CONTEST * drop:
-            fitted = fit(rival.fit.problem, rival.fit.z, rounds=20, tolerance=1e-5)
+            fitted = fit(rival.fit.problem, rival.fit.z, rounds=20, tolerance=1e-5, known=rival.fit.rough_slopes)
             polished.append(Rival(rival.effect, fitted, penalised(fitted)))
         else:
             polished.append(rival)
@@ -229,9 +241,9 @@ def _rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
     refitted = []
     for rival in rivals:
         if rival.score - rivals[0].score < _CONTEST * drop:
-            again = fit(rival.fit.problem.with_noise(noise), rival.fit.z, rounds=20, tolerance=1e-5)
+            again = with_noise(rival.fit, noise)
             refitted.append(Rival(rival.effect, again, penalised(again)))
-    alone = fit(bare.problem.with_noise(noise), bare.z, rounds=20, tolerance=1e-5)
+    alone = with_noise(bare, noise)
     return penalised(alone), sorted(refitted, key=lambda r: r.score)
 
 
@@ -309,7 +321,7 @@ def select(
     if accepted:
         found_structure = structures(present)
     # Compared under one noise: the final model's.
-    reference = fit(calibrated.problem.with_noise(present.problem.noise), calibrated.z, rounds=20, tolerance=1e-5)
+    reference = with_noise(calibrated, dict(present.problem.noise))
     compared = held_out(reference, folds(present.problem)) if accepted else before
     chosen = []
     for effect in accepted:

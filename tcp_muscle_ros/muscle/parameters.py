@@ -20,7 +20,7 @@ from tcp_muscle_ros.muscle.effects import EFFECTS
 from tcp_muscle_ros.muscle.layout import COEFFICIENTS, VECTOR_SIZE
 from tcp_muscle_ros.muscle.mechanical import reference_modulus
 from tcp_muscle_ros.muscle.parameter import Parameter
-from tcp_muscle_ros.muscle.points import POINTS
+from tcp_muscle_ros.muscle.points import HEATING_POINTS, POINTS
 from tcp_muscle_ros.muscle.table import DERIVED, INDEX, TABLE
 
 SETS: dict[str, dict[str, float]] = {
@@ -150,7 +150,7 @@ class Parameters(Mapping[str, float]):
         vector[INDEX['modulus_at_T0']] = reference_modulus(vector)
         vector[INDEX['fastest_rate']] = self._fastest_rate(vector)
         on = [EFFECTS[name] for name in self.effects]
-        vector[INDEX['any_effect']] = bool(on)
+        vector[INDEX['integrated']] = any(not HEATING_POINTS.isdisjoint(effect.hooks) or effect.motion for effect in on)
         for point in POINTS:
             vector[INDEX[f'at_{point}']] = any(point in effect.hooks for effect in on)
         vector[INDEX['motion']] = any(effect.motion for effect in on)

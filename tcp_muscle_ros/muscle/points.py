@@ -17,3 +17,5 @@ POINTS = (
     'initial',
     'commit',
 )
+# An effect at none of these leaves the paper's heat balance as it is, and its exact solution holds.
+HEATING_POINTS = frozenset({'surroundings', 'resistance', 'drive', 'heat', 'rates'})

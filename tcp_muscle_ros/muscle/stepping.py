@@ -1,4 +1,5 @@
-"""Step the muscle: the paper's model by its exact solution, with effects by Runge-Kutta over all states together.
+"""Step the muscle: the paper's heat balance by its exact solution, one that effects change by Runge-Kutta over all
+states together.
 
 The same compiled functions step one tick, a recording, many muscles and many parameter variants.
 Arrays: ``x`` state, ``u`` imposed, ``p`` parameters (``Parameters.vector``), ``on`` effects (``Parameters.mask``),
@@ -85,7 +86,7 @@ from tcp_muscle_ros.muscle.table import INDEX
 from tcp_muscle_ros.muscle.thermal import exact_step
 
 _K0, _H0, _B, _T0, _HA, _C = (INDEX[name] for name in ('k0', 'H0', 'B', 'T0', 'hA', 'C'))
-_FASTEST, _ANY, _MOTION = INDEX['fastest_rate'], INDEX['any_effect'], INDEX['motion']
+_FASTEST, _INTEGRATED, _MOTION = INDEX['fastest_rate'], INDEX['integrated'], INDEX['motion']
 _BEGIN, _POSITION, _COMMIT = INDEX['at_begin'], INDEX['at_position'], INDEX['at_commit']
 STATE_SIZE, N_INTEGRATED = layout.STATE_SIZE, layout.N_INTEGRATED
 # A substep resolves a tenth of the quickest time constant: the Runge-Kutta error is then below 1e-6 of a change.
@@ -225,8 +226,8 @@ def _heat_balance(x: Array, p: Array, on: Mask, q: Array, dx: Array) -> None:
 
 
 @inner
-def _derivative(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dx: Array) -> None:
-    """dx/dt of all states.
+def _derivative(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dx: Array, known: bool) -> None:
+    """dx/dt of all states; ``known``: ``q`` is already that of this state and input.
 
     An effect may need the velocity of the end (or, held, the rate of the force), which follow from dx/dt itself:
     that loop is closed by secants on ``m``, the motion that is assumed against the motion that results.
@@ -236,7 +237,8 @@ def _derivative(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, d
     rounds = 20 if p[_MOTION] > 0.0 else 1
     q[VELOCITY] = q[FORCE_RATE] = 0.0
     m_before = gap_before = m = 0.0
-    _evaluate(x, u, p, on, q, dx)
+    if not known:
+        _evaluate(x, u, p, on, q, dx)
     for attempt in range(rounds):
         _heat_balance(x, p, on, q, dx)
         if rounds == 1:
@@ -258,8 +260,8 @@ def _derivative(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, d
 
 
 @inner
-def _runge_kutta(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: float) -> None:
-    """One classical fourth-order step of all states that have rates."""
+def _runge_kutta(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: float, known: bool) -> None:
+    """One classical fourth-order step of all states that have rates; ``known``: ``q`` is that of its beginning."""
     k1, k2, k3, k4, middle = work[0], work[1], work[2], work[3], work[4]
     for j in range(x.size):
         middle[j] = x[j]
@@ -268,7 +270,7 @@ def _runge_kutta(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, 
             reach = dt if stage == 3 else 0.5 * dt
             for j in range(N_INTEGRATED):
                 middle[j] = x[j] + reach * work[stage - 1, j]
-        _derivative(middle, u, p, on, q, work, work[stage])
+        _derivative(middle, u, p, on, q, work, work[stage], known and stage == 0)
     for j in range(N_INTEGRATED):
         x[j] += dt / 6.0 * (k1[j] + 2.0 * (k2[j] + k3[j]) + k4[j])
 
@@ -285,18 +287,24 @@ def _start(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array) -> Non
 
 
 @inlined
-def _advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: float) -> None:
-    """Advance the state by ``dt`` (s) under the imposed ``u``, constant over the step."""
-    if p[_ANY] == 0.0 and u[IN_KIND] != VOLTAGE:
+def _advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: float, known: bool) -> None:
+    """Advance the state by ``dt`` (s) under the imposed ``u``, constant over the step; ``known``: ``q`` is that of its
+    beginning, as ``_show`` leaves it.
+    """
+    if p[_INTEGRATED] == 0.0 and u[IN_KIND] != VOLTAGE:
         after, heated, lost = exact_step(p, u[IN_KIND], u[IN_DRIVE], u[IN_AMBIENT], x[X_TEMPERATURE], dt)
         x[X_TIME] += dt
         x[X_TEMPERATURE] = after
         x[X_HEATED] += heated
         x[X_LOST] += lost
+        if p[_COMMIT] > 0.0:
+            _show(x, u, p, on, q, work)
+            _commit(q, p, on, x, work[0])
         return
     substeps = max(1, ceil(dt * p[_FASTEST] / _SUBSTEP))
-    for _ in range(substeps):
-        _runge_kutta(x, u, p, on, q, work, dt / substeps)
+    for k in range(substeps):
+        # What moves depends on its own motion, and is found anew.
+        _runge_kutta(x, u, p, on, q, work, dt / substeps, known and k == 0 and p[_MOTION] == 0.0)
         if p[_COMMIT] > 0.0:
             _show(x, u, p, on, q, work)
             _commit(q, p, on, x, work[0])
@@ -356,7 +364,7 @@ def advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: f
     """One tick: advance ``dt`` (s), then show. A ``dt`` of 0 only shows."""
     _start(x, u, p, on, q, work)
     if dt > 0.0:
-        _advance(x, u, p, on, q, work, dt)
+        _advance(x, u, p, on, q, work, dt, False)
     _observe(x, u, p, on, q, work, y)
 
 
@@ -366,14 +374,24 @@ def advance_many(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, 
     for k in range(x.shape[0]):
         _start(x[k], u[k], p[k], on[k], q, work)
         if dt > 0.0:
-            _advance(x[k], u[k], p[k], on[k], q, work, dt)
+            _advance(x[k], u[k], p[k], on[k], q, work, dt, False)
         _observe(x[k], u[k], p[k], on[k], q, work, y[k])
 
 
 @entry
 def run(
-    x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array,
-    time: Array, drive: Array, load: Array, ambient: Array, y: Array, shown: Array,
+    x: Array,
+    u: Array,
+    p: Array,
+    on: Mask,
+    q: Array,
+    work: Array,
+    time: Array,
+    drive: Array,
+    load: Array,
+    ambient: Array,
+    y: Array,
+    shown: Array,
 ) -> None:
     """A whole recording: show at ``time[k]``, then hold input k until ``time[k + 1]``.
 
@@ -386,7 +404,7 @@ def run(
         for j in range(N_OUTPUTS):
             shown[j, k] = y[j]
         if k + 1 < time.size:
-            _advance(x, u, p, on, q, work, time[k + 1] - time[k])
+            _advance(x, u, p, on, q, work, time[k + 1] - time[k], True)
 
 
 def scratch() -> tuple[Array, Array]:

@@ -1,0 +1,158 @@
+"""What is fitted to what: the whitened residuals of recordings as a function of the unknowns.
+
+The residual of every channel is divided by its noise and whitened; the zero of displacement and of force is a linear
+unknown of each recording and is projected out exactly.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.noise import Noise, whitening
+from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
+from tcp_muscle_ros.muscle import Outputs, Parameters
+from tcp_muscle_ros.muscle.arrays import Array
+
+FLOATING_ZERO = ('displacement', 'force')  # channels whose zero is a convention of the rig
+_RESOLUTION = 0.2
+# Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.
+_SURVIVED, _MELTING_SPREAD = 273.15 + 220.0, 5.0  # K
+_MELTING = 'melting'  # beside the channels: how far beyond it the fibre got
+
+Values = Mapping[tuple[str, int | None], float]
+Shown = dict[str, Array]  # by channel and _MELTING, what a model shows in one recording; or its slopes, a column each
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is fitted to what: experiments, the muscle that the unknowns start from, noise by channel."""
+
+    experiments: tuple[Experiment, ...]
+    parameters: Parameters
+    unknowns: tuple[Unknown, ...]
+    noise: Mapping[str, Noise]
+
+    def with_noise(self, noise: Mapping[str, Noise]) -> 'Problem':
+        """The same with other noise."""
+        return replace(self, noise=noise)
+
+    def start(self) -> Array:
+        """The unknowns' nominal values in the fit's coordinates."""
+        return np.array([u.to_fit(u.start) for u in self.unknowns])
+
+    def spreads(self) -> Array:
+        """The priors' standard deviations in the fit's coordinates."""
+        return np.array([u.prior_spread for u in self.unknowns])
+
+    def values(self, z: Array) -> dict[tuple[str, int | None], float]:
+        """Coordinates to values."""
+        return {u.key: u.from_fit(float(zi)) for u, zi in zip(self.unknowns, z, strict=True)}
+
+    def muscle(self, values: Values, recording: int | None = None) -> Parameters:
+        """The muscle that these values make, for one recording where some unknowns are its own."""
+        mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
+        return self.parameters.replace(mine)
+
+    def outputs(self, values: Values, recording: int) -> Outputs:
+        """The model's outputs under the inputs of one recording."""
+        experiment = self.experiments[recording]
+        ambient = values.get((AMBIENT, recording))
+        if ambient is not None:
+            imposed = replace(experiment.imposed, ambient=np.full(experiment.imposed.time.size, ambient))
+            experiment = replace(experiment, imposed=imposed)
+        return experiment.outputs(self.muscle(values, recording), values.get((START, recording)), _RESOLUTION)
+
+    def predict(self, values: Values, recording: int) -> Shown:
+        """What the model shows in one recording at the observed instants (SI)."""
+        outputs = self.outputs(values, recording)
+        return self.experiments[recording].shown(outputs) | {_MELTING: _beyond_melting(outputs)}
+
+    def predictions(self, z: Array) -> list[Shown]:
+        """What the model shows in every recording."""
+        values = self.values(z)
+        return [self.predict(values, k) for k in range(len(self.experiments))]
+
+    def residual(self, predicted: Shown, recording: int, zeros: Mapping[str, float] | None = None) -> Array:
+        """Whitened residuals of one recording, channel after channel, floating zeros projected out, shape (m,).
+
+        ``zeros``: those that are known, by channel. The last entry is not data: it keeps the fibre below the melting
+        point, for the muscle survived.
+        """
+        parts = []
+        for name, observed in self.experiments[recording].observed.items():
+            zero = (zeros or {}).get(name)
+            raw = observed.value - predicted[name] - (zero or 0.0)
+            parts.append(self._whitened(name, raw * observed.weight, recording, zero is None))
+        return np.concatenate([*parts, predicted[_MELTING]])
+
+    def residuals(self, predictions: Sequence[Shown]) -> list[Array]:
+        """The same of every recording."""
+        return [self.residual(predicted, k) for k, predicted in enumerate(predictions)]
+
+    def jacobian(self, slopes: Sequence[Shown]) -> Array:
+        """d residual / d z, shape (sum m, n), from the slopes of what is shown, each of shape (m, n)."""
+        return np.vstack([self.columns(mine, k) for k, mine in enumerate(slopes)])
+
+    def columns(self, slopes: Shown, recording: int) -> Array:
+        """The rows of the Jacobian that are one recording's, shape (m, n)."""
+        parts = [
+            self._whitened(name, -slopes[name] * observed.weight[:, None], recording, True)
+            for name, observed in self.experiments[recording].observed.items()
+        ]
+        return np.vstack([*parts, slopes[_MELTING]])
+
+    def _whitened(self, channel: str, weighted: Array, recording: int, floating: bool) -> Array:
+        """Residuals (m,) or columns (m, n) whitened, the floating zero projected out."""
+        white = self._whitening[channel, recording](weighted)
+        if channel not in FLOATING_ZERO or not floating:
+            return white
+        constant = self._constants[channel, recording]
+        return np.asarray(white - np.multiply.outer(constant, constant @ white))
+
+    @cached_property
+    def _whitening(self) -> dict[tuple[str, int], Callable[[Array], Array]]:
+        """What removes the colour of every channel of every recording."""
+        return {
+            (name, k): whitening(observed.time, self.noise[name])
+            for k, experiment in enumerate(self.experiments)
+            for name, observed in experiment.observed.items()
+        }
+
+    @cached_property
+    def _constants(self) -> dict[tuple[str, int], Array]:
+        """The whitened constant of every channel with a floating zero, as a unit vector."""
+        constants = {}
+        for k, experiment in enumerate(self.experiments):
+            for name in FLOATING_ZERO:
+                if name in experiment.observed:
+                    white = self._whitening[name, k](experiment.observed[name].weight)
+                    constants[name, k] = white / np.linalg.norm(white)
+        return constants
+
+    def zeros(self, predicted: Shown, recording: int) -> dict[str, float]:
+        """The floating zeros that the projection takes out (SI): recorded minus predicted, by channel."""
+        found = {}
+        for name, observed in self.experiments[recording].observed.items():
+            if name in FLOATING_ZERO:
+                whitened = self._whitening[name, recording]
+                constant = whitened(observed.weight)
+                white = whitened((observed.value - predicted[name]) * observed.weight)
+                found[name] = float(constant @ white / (constant @ constant))
+        return found
+
+    def raw_residual(
+        self, predicted: Shown, recording: int, zeros: Mapping[str, float] | None = None
+    ) -> dict[str, Array]:
+        """Recorded minus predicted (SI) by channel, after the floating zeros (those of ``zeros`` where known)."""
+        zeros = {**self.zeros(predicted, recording), **(zeros or {})}
+        return {
+            name: observed.value - predicted[name] - zeros.get(name, 0.0)
+            for name, observed in self.experiments[recording].observed.items()
+        }
+
+
+def _beyond_melting(outputs: Outputs) -> Array:
+    return np.array([max(0.0, float(outputs.fibre_temperature.max()) - _SURVIVED) / _MELTING_SPREAD])
