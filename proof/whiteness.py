@@ -9,9 +9,10 @@ from scipy.stats import chi2
 from proof.tool import Case
 from tcp_muscle_ros.diagnosis.calibration import quick_noise
 from tcp_muscle_ros.diagnosis.candidates import screen
-from tcp_muscle_ros.diagnosis.diagnose import candidates_for
+from tcp_muscle_ros.diagnosis.diagnose import skipped
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.selection import grow
+from tcp_muscle_ros.muscle import EFFECTS
 
 LEVEL, LAGS = 0.01, 20
 TRIED, MOST = 2, 3  # refits at each step; effects at most
@@ -21,9 +22,11 @@ def select(case: Case) -> tuple[tuple[str, ...], Fit, bool]:
     """The effects in the order of their gain, the last fit, and whether it leaves nothing but white noise."""
     problem = case.calibration.fit.problem.with_noise(quick_noise(case.experiments))
     fitted = fit(problem, case.calibration.fit.z, rounds=6, tolerance=1e-5)
+    untried = skipped(case.experiments)
+    tried = [e for e in EFFECTS if e not in untried]
     named: list[str] = []
     while not white(fitted) and len(named) < MOST:
-        ranked, _ = screen(fitted, [e for e in candidates_for(case.experiments) if e not in named])
+        ranked, _ = screen(fitted, [e for e in tried if e not in named])
         grown = [(candidate.effect, grow(fitted, candidate, 6)) for candidate in ranked[:TRIED]]
         if not grown:
             break

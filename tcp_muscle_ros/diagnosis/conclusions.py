@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.calibration import unit_of
-from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
 from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment
 from tcp_muscle_ros.diagnosis.findings import (
     Change,
@@ -193,22 +192,18 @@ def _findings(selection: Selection, location: Location | None) -> tuple[Finding,
     return tuple(sorted(found, key=lambda f: (f.stage == 'sensor', -f.gain)))
 
 
-def _not_testable(selection: Selection, tried: Sequence[str]) -> tuple[NotTestable, ...]:
-    found = [NotTestable(name, why) for name, why in NEVER_TESTABLE.items()]
+def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[NotTestable, ...]:
+    found = [NotTestable(name, why) for name, why in untried.items()]
     chosen = {c.effect for c in selection.chosen}
-    for name in EFFECTS:
-        if name in NEVER_TESTABLE or name in chosen:
-            continue
-        if name not in tried:
-            found.append(NotTestable(name, 'these recordings are sampled too slowly to show it'))
-        elif selection.signals.get(name, 0.0) < LEAST_SIGNAL:
-            found.append(
-                NotTestable(
-                    name,
-                    'at plausible strength it would change these recordings by less than their noise once the '
-                    'parameters are recalibrated',
-                )
-            )
+    hidden = (
+        'at plausible strength it would change these recordings by less than their noise once the parameters are '
+        'recalibrated'
+    )
+    found += [
+        NotTestable(name, hidden)
+        for name in EFFECTS
+        if name not in untried and name not in chosen and selection.signals.get(name, 0.0) < LEAST_SIGNAL
+    ]
     return tuple(found)
 
 
@@ -286,9 +281,9 @@ def improved_muscle(final: Fit) -> Parameters:
 
 
 def conclude(
-    selection: Selection, nominal: Parameters, tried: Sequence[str], seconds: Mapping[str, float]
+    selection: Selection, nominal: Parameters, untried: Mapping[str, str], seconds: Mapping[str, float]
 ) -> Diagnosis:
-    """What a selection among the effects that were ``tried`` means for the nominal muscle."""
+    """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why."""
     unexplained = _unexplained(selection)
     before = selection.structure_before
     channel = worst_channel(before) or _most_improved(selection)
@@ -316,7 +311,7 @@ def conclude(
         findings=findings,
         fit=fits,
         ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
-        not_testable=_not_testable(selection, tried),
+        not_testable=_not_testable(selection, untried),
         unexplained=unexplained,
         next_experiment=_proposal(selection),
         nominal=nominal,

@@ -74,10 +74,10 @@ class _Work:
         if not any(e.fixed for e in (*self.calibration.estimates, *self.calibration.combinations)):
             return self._without_result('insufficient_data', 'the recordings fix none of the parameters')
         start = time.monotonic()
-        tried = candidates_for(self.experiments)
-        self.selection = select(self.calibration.fit, tried, self.progress)
+        untried = skipped(self.experiments)
+        self.selection = select(self.calibration.fit, [e for e in EFFECTS if e not in untried], self.progress)
         self.seconds['select'] = time.monotonic() - start
-        return conclude(self.selection, self.nominal, tried, self.seconds)
+        return conclude(self.selection, self.nominal, untried, self.seconds)
 
     def partial(self) -> Diagnosis:
         if self.calibration is None:
@@ -122,14 +122,14 @@ def insufficient(experiments: Sequence[Experiment]) -> str | None:
     return None if moves else 'no channel moves beyond its noise'
 
 
-def candidates_for(experiments: Sequence[Experiment]) -> list[str]:
-    """The effects that are tried: all but those that one muscle never shows, or that this sampling is too slow for."""
-    rate = max(_rate(e) for e in experiments)
-    blocked = all(e.holding.end == 'blocked' for e in experiments)
-    skipped = set(NEVER_TESTABLE)
-    if rate < _INERTIA_RATE or blocked:
-        skipped.add('inertia')
-    return [name for name in EFFECTS if name not in skipped]
+def skipped(experiments: Sequence[Experiment]) -> dict[str, str]:
+    """The effects that are not tried, and why: one muscle never shows them, or these recordings cannot."""
+    found = dict(NEVER_TESTABLE)
+    if max(_rate(e) for e in experiments) < _INERTIA_RATE:
+        found['inertia'] = 'these recordings are sampled too slowly to show it'
+    elif not any(e.holding.end == 'load' and np.ptp(e.imposed.load) > 0.0 for e in experiments):
+        found['inertia'] = 'a weight swings after a step of the load, and there is none in these recordings'
+    return found
 
 
 def _rate(experiment: Experiment) -> float:

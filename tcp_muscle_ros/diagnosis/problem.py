@@ -17,7 +17,7 @@ from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 FLOATING_ZERO = ('displacement', 'force')  # channels whose zero is a convention of the rig
-_RESOLUTION = 0.2
+_RESOLUTION = 0.125  # of the usual substeps
 # Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.
 _SURVIVED, _MELTING_SPREAD = 273.15 + 220.0, 5.0  # K
 _MELTING = 'melting'  # beside the channels: how far beyond it the fibre got

@@ -36,6 +36,7 @@ _SPECIFIC, _MOST_OF_REST, _ALONE = 0.01, 0.5, 2.0  # share of all, share of what
 _TRIES = 4
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 _BEATEN = 0.003  # of the best rival's drop: a model that misses so much more is beaten
+_HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
 _CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
 _TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
@@ -157,8 +158,8 @@ def penalised(fitted: Fit) -> float:
     return fitted.objective + PER_PARAMETER * count
 
 
-def grow(fitted: Fit, candidate: Candidate, rounds: int = 20, polish: bool = True) -> Fit:
-    """Refit with one more effect."""
+def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit:
+    """Refit with one more effect, for so many rounds."""
     own = fitted.z.size
     tried = []
     for start in candidate.starts():
@@ -172,7 +173,7 @@ def grow(fitted: Fit, candidate: Candidate, rounds: int = 20, polish: bool = Tru
         {name: np.hstack([columns, more[name]]) for name, columns in mine.items()}
         for mine, more in zip(fitted.slopes, added, strict=True)
     ]
-    return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=polish)
+    return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=False)
 
 
 def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
@@ -204,24 +205,24 @@ def _prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 def rivals_for(
     base: Fit, ranked: Sequence[Candidate], progress: Callable[[], None] | None, most: int = SHORTLIST
 ) -> list[Rival]:
-    """Refit the most promising candidates on top of a fit, best first."""
+    """Refit the most promising candidates on top of a fit, best first; those that soon lag behind not to the end."""
     promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
     found = []
     for candidate in promising:
         if progress:
             progress()
-        grown = grow(base, candidate, polish=False)
+        grown = grow(base, candidate, rounds=_HEAT)
         found.append(Rival(candidate.effect, grown, penalised(grown)))
-    found.sort(key=lambda r: r.score)
-    drop = penalised(base) - found[0].score if found else 0.0
-    polished = []
-    for rival in found:
-        if rival.score - found[0].score < _CONTEST * drop:
-            fitted = fit(rival.fit.problem, rival.fit.z, rounds=20, tolerance=1e-5, known=rival.fit.rough_slopes)
-            polished.append(Rival(rival.effect, fitted, penalised(fitted)))
-        else:
-            polished.append(rival)
-    return sorted(polished, key=lambda r: r.score)
+    bare = penalised(base)
+    least = bare - _LAGGING * max((bare - r.score for r in found), default=0.0)
+    for k, rival in enumerate(found):
+        if rival.score <= least:
+            if progress:
+                progress()
+            begun = rival.fit
+            fitted = fit(begun.problem, begun.z, rounds=40, tolerance=1e-5, known=begun.rough_slopes)
+            found[k] = Rival(rival.effect, fitted, penalised(fitted))
+    return sorted(found, key=lambda r: r.score)
 
 
 def _improved(present: Fit, word: HeldOut, grown: Fit) -> Gain:

@@ -236,8 +236,8 @@ def simulate(
         end: as for Muscle, with ``held_length``, ``spring_rate`` and ``spring_rest_length``.
         starting_load: N, under which displacement is zero at rest at T0; default the first load.
         temperature: K at the start; default the first ambient.
-        resolution: share of the usual number of substeps that effects get; a fit, which needs a part in a thousand of
-            a quick change and not in a million, does with 0.2.
+        resolution: share of the usual number of substeps that effects get; a fit, which needs two parts in a
+            thousand of a quick change and not one in a million, does with 0.125.
 
     Raises:
         BadInput: times that do not increase, lengths that differ, values that are not finite.
