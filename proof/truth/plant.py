@@ -23,6 +23,7 @@ F_STEP, F_COUNT = 1e-3, 5000  # N
 SIGMA = 5.670374e-8
 KELVIN = 273.15
 GRAVITY = 9.80665
+SWINGS = 20  # substeps of a swinging weight
 
 Array = np.ndarray[Any, Any]
 
@@ -504,10 +505,12 @@ def run(
                     F_prev = F
             elif p.mass > 0 and not first:
                 kg = max(F / GRAVITY, 1e-3)
-                drag = 2.0 * p.mass_damping * math.sqrt(stiff * kg) * V + p.mass_drag * abs(V) * V
-                tension = _tension(p, stiff, H - rest) - _of_H(p.stop, H) + _rub_force(p, rubbing, h * V)
-                V += h * (F - tension - drag) / kg
-                H += h * V
+                # A swing of 40 rad/s turns by a fifth of a radian in a step, and so far would its phase be wrong.
+                for _ in range(SWINGS):
+                    drag = 2.0 * p.mass_damping * math.sqrt(stiff * kg) * V + p.mass_drag * abs(V) * V
+                    tension = _tension(p, stiff, H - rest) - _of_H(p.stop, H) + _rub_force(p, rubbing, H - old)
+                    V += h / SWINGS * (F - tension - drag) / kg
+                    H += h / SWINGS * V
             elif bent:
                 H = _balance(p, stiff, rest, F, H, rubbing)
             else:

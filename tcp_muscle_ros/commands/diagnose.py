@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tcp_muscle_ros.recording.recording import Recording
 
 # More observations a channel than this are averaged in blocks: a muscle is slow, and time and memory stay bounded.
-MOST = 1500
+MOST = 1000
 _INTERRUPTED = 130
 
 

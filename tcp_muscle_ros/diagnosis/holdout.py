@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +15,9 @@ from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 _STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
 _CLUSTER = 15.0  # s: stretches over which errors are summed before their scatter is judged
-_SEEN = 4.0  # squared whitened difference of two predictions, below which a fold says nothing
+# A fold has a say where the squared whitened difference of two predictions is at least so much, of noise and of the
+# largest of all folds, and at most so many times that on the data that were fitted.
+_SEEN, _NOTABLE, _EXTRAPOLATED = 4.0, 0.02, 4.0
 
 
 @dataclass(frozen=True)
@@ -25,25 +28,29 @@ class Fold:
     whole: int | None = None
 
 
-def folds(problem: Problem) -> list[Fold]:
-    """One fold a recording; of one or two recordings, or where each has unknowns of an effect for itself, stretches.
+def conditions(problem: Problem) -> tuple[Fold, ...]:
+    """One fold a recording; none of one or two recordings, or where each has unknowns of an effect for itself."""
+    count = len(problem.experiments)
+    if count < 3 or any('.' in u.name and u.recording is not None for u in problem.unknowns):
+        return ()
+    return tuple(Fold(((k, -np.inf, np.inf),), k) for k in range(count))
 
-    So no fold takes all that shows an effect, and what belongs to a recording is predicted from the rest of it.
-    """
+
+def stretches(problem: Problem) -> tuple[Fold, ...]:
+    """Stretches of recordings: no fold takes all that shows an effect, and what belongs to a recording is predicted
+    from the rest of it."""
     experiments = problem.experiments
-    if len(experiments) > 2 and not any('.' in u.name and u.recording is not None for u in problem.unknowns):
-        return [Fold(((k, -np.inf, np.inf),), k) for k in range(len(experiments))]
-    stretches = []
+    kept_back = []
     for k, experiment in enumerate(experiments):
         time = experiment.imposed.time
         edges = np.linspace(time[0], time[-1], _STRETCHES + 1)
         parts = [(k, float(a), float(b)) for a, b in pairwise(edges)]
         # Far apart: what drifts is then predicted between what was seen as well as beyond it.
         apart = _STRETCHES // _AT_A_TIME
-        stretches.append([tuple(parts[first::apart]) for first in range(apart)])
+        kept_back.append([tuple(parts[first::apart]) for first in range(apart)])
     if len(experiments) > 2:
-        return [Fold(sum(parts, ())) for parts in zip(*stretches, strict=True)]
-    return [Fold(parts) for own in stretches for parts in own]
+        return tuple(Fold(sum(parts, ())) for parts in zip(*kept_back, strict=True))
+    return tuple(Fold(parts) for own in kept_back for parts in own)
 
 
 def _cut(observed: Observed, keep: Mask) -> Observed:
@@ -81,12 +88,14 @@ def testing(problem: Problem, fold: Fold) -> Problem:
 class HeldOut:
     """Errors on data not fitted.
 
-    ``white``: whitened residuals, one array a fold; ``misfit``: their sums of squares, one a cluster; ``squares`` and
-    ``count``: by channel the sum of squared errors (SI) and how many.
+    ``white``: whitened residuals, ``fitted``: those of the data that were fitted instead, ``misfit``: sums of squares
+    of the former, one a cluster; each one array a fold. ``squares`` and ``count``: by channel the sum of squared errors
+    (SI) and how many.
     """
 
     white: tuple[Array, ...]
-    misfit: Array
+    fitted: tuple[Array, ...]
+    misfit: tuple[Array, ...]
     squares: dict[str, float]
     count: dict[str, int]
 
@@ -95,18 +104,20 @@ class HeldOut:
         return {name: float(np.sqrt(self.squares[name] / self.count[name])) for name in self.squares}
 
 
-def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int = 12) -> HeldOut:
+@lru_cache(maxsize=16)
+def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> HeldOut:
     """Refit without each fold in turn, from the full fit, and look at the fold.
 
     A recording's ambient and start are taken from the full fit: they are no property of the muscle, and a new recording
     brings its own. So is all that belongs to it alone where it is kept back whole.
     """
     problem = fitted.problem
-    clusters: list[float] = []
+    clusters: list[Array] = []
     errors: list[Array] = []
+    remembered: list[Array] = []
     squares: dict[str, float] = {}
     count: dict[str, int] = {}
-    for fold in folds(problem) if kept_back is None else kept_back:
+    for fold in kept_back:
         rest = training(problem, fold)
         trained = fit(rest, fitted.z, rounds=rounds, tolerance=1e-4, known=_slopes_of(rest, fitted))
         z = np.array(
@@ -118,7 +129,7 @@ def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int =
         looked = testing(problem, fold)
         predictions = problem.predictions(z)
         remaining, unseen = (_at_the_instants_of(part, problem, predictions) for part in (rest, looked))
-        together = []
+        together, sums = [], []
         for recording in sorted({k for k, _, _ in fold.stretches}):
             # A stretch has the zero of the rest of its recording: with one of its own it would show no drift.
             zeros = rest.zeros(remaining[recording], recording)
@@ -129,23 +140,26 @@ def held_out(fitted: Fit, kept_back: Sequence[Fold] | None = None, rounds: int =
                 part = white[start : start + channel.time.size] ** 2
                 start += channel.time.size
                 label = np.floor((channel.time - channel.time[0]) / _CLUSTER).astype(int)
-                clusters.extend(np.bincount(label, part).tolist())
+                sums.append(np.bincount(label, part))
             for name, left in looked.raw_residual(unseen[recording], recording, zeros).items():
                 squares[name] = squares.get(name, 0.0) + float(left @ left)
                 count[name] = count.get(name, 0) + left.size
+        clusters.append(np.concatenate(sums))
         errors.append(np.concatenate(together))
-    return HeldOut(tuple(errors), np.array(clusters), squares, count)
+        remembered.append(np.concatenate(trained.residuals))
+    return HeldOut(tuple(errors), tuple(remembered), tuple(clusters), squares, count)
 
 
 @dataclass(frozen=True)
 class Gain:
-    """Held-out improvement: its sum; what noise alone scatters it by; its scatter over clusters; the share of folds
-    that improve, of those in which the predictions differ."""
+    """Held-out improvement, over the folds that have a say: its sum; what noise alone scatters it by; its scatter over
+    clusters; the share of those folds that improve; how many they are."""
 
     total: float
     chance: float
     scatter: float
     folds: float
+    say: int
 
     @property
     def holds(self) -> bool:
@@ -177,16 +191,34 @@ def _slopes_of(rest: Problem, fitted: Fit) -> list[Shown] | None:
 def improvement(before: HeldOut, after: HeldOut) -> Gain:
     """What changed on the same unseen data, under the same noise.
 
-    Where noise e is all that a model leaves, another that differs by d changes the misfit by d'd + 2 e'd.
+    Where noise e is all that a model leaves, another that differs by d changes the misfit by d'd + 2 e'd. A fold has no
+    say where the models hardly differ, or where they differ far more than on what they were fitted to: what the rest
+    did not show of an effect was not learnt from it, and neither success nor failure is the effect's.
     """
-    drop = before.misfit - after.misfit
-    pairs = list(zip(before.white, after.white, strict=True))
-    moved = np.array([float(np.sum((a - b) ** 2)) for a, b in pairs])
-    better = np.array([float(a @ a - b @ b) > 0.0 for a, b in pairs])
-    seen = moved > _SEEN
+    moved = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.white, after.white, strict=True)])
+    learnt = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.fitted, after.fitted, strict=True)])
+    say = (moved > max(_SEEN, _NOTABLE * float(moved.max(initial=0.0)))) & (moved < _EXTRAPOLATED * learnt)
+    drops = [a - b for a, b in zip(before.misfit, after.misfit, strict=True)]
+    if not say.any():
+        return Gain(0.0, 0.0, 0.0, 0.0, 0)
+    counted = np.concatenate([drop for drop, counts in zip(drops, say, strict=True) if counts])
+    better = np.array([float(drop.sum()) > 0.0 for drop in drops])
     return Gain(
-        float(drop.sum()),
-        2.0 * float(np.sqrt(moved.sum())),
-        float(np.std(drop) * np.sqrt(drop.size)),
-        float(np.mean(better[seen])) if seen.any() else 0.0,
+        float(counted.sum()),
+        2.0 * float(np.sqrt(moved[say].sum())),
+        float(np.std(counted) * np.sqrt(counted.size)),
+        float(np.mean(better[say])),
+        int(say.sum()),
     )
+
+
+def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:
+    """What unseen data say of a richer model, and which: other conditions where they have a say, else other stretches
+    of the same ones."""
+    gain, kept_back = Gain(0.0, 0.0, 0.0, 0.0, 0), conditions(after.problem)
+    if kept_back:
+        gain = improvement(held_out(before, kept_back), held_out(after, kept_back))
+    if not gain.say:
+        kept_back = stretches(after.problem)
+        gain = improvement(held_out(before, kept_back), held_out(after, kept_back))
+    return gain, kept_back

@@ -15,7 +15,7 @@ from tcp_muscle_ros.diagnosis.calibration import quick_noise
 from tcp_muscle_ros.diagnosis.candidates import PER_PARAMETER, Candidate, screen, with_effect, without_effect
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit, slopes
 from tcp_muscle_ros.diagnosis.generic import Structure, drivers, structure
-from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, folds, held_out, improvement
+from tcp_muscle_ros.diagnosis.holdout import Fold, Gain, HeldOut, conditions, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.replicates import pure_error
 from tcp_muscle_ros.muscle import EFFECTS
@@ -225,13 +225,6 @@ def rivals_for(
     return sorted(found, key=lambda r: r.score)
 
 
-def _improved(present: Fit, word: HeldOut, grown: Fit) -> Gain:
-    """What unseen data say of a grown model, kept back in the same folds."""
-    kept_back = folds(grown.problem)
-    before = word if kept_back == folds(present.problem) else held_out(present, kept_back)
-    return improvement(before, held_out(grown, kept_back))
-
-
 def _rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
     """The close rivals, and the score without any, under the noise that the best of them leaves.
 
@@ -272,8 +265,7 @@ def select(
     ``effects`` are the candidates by name. Returns every stage's evidence; accepting nothing is a full answer.
     """
     calibrated, before_structure = settle_noise(calibrated)
-    before = held_out(calibrated)
-    present, word = calibrated, before
+    present = calibrated
     found_structure = before_structure
     first_ranked: tuple[Candidate, ...] = ()
     signals: dict[str, float] = {}
@@ -305,7 +297,7 @@ def select(
             enough = _share(found_structure, present, pick.fit) >= LEAST_SHARE and (
                 not accepted or _good_company(calibrated, present, pick, rivals)
             )
-            if enough and _improved(present, word, pick.fit).holds:
+            if enough and confirmation(present, pick.fit)[0].holds:
                 picked = pick
                 break
             rejected.append(pick.effect)
@@ -314,16 +306,14 @@ def select(
             break
         accepted.append(picked.effect)
         present, found_structure = settle_noise(picked.fit, 1)
-        word = held_out(present)
     present, accepted, contests = _revise(present, accepted, effects, progress)
     if accepted:
         present, found_structure = settle_noise(present, 1)
-    present, word, accepted, standing = _confirm(present, accepted, contests, calibrated)
+    present, accepted, standing, kept_back = _confirm(present, accepted, contests, calibrated)
     if accepted:
         found_structure = structures(present)
     # Compared under one noise: the final model's.
     reference = with_noise(calibrated, dict(present.problem.noise))
-    compared = held_out(reference, folds(present.problem)) if accepted else before
     chosen = []
     for effect in accepted:
         drop, rivals = contests[effect]
@@ -332,8 +322,8 @@ def select(
         reference if accepted else calibrated,
         present,
         tuple(sorted(chosen, key=lambda c: -c.drop)),
-        compared,
-        word,
+        held_out(reference if accepted else calibrated, kept_back),
+        held_out(present, kept_back),
         before_structure,
         found_structure,
         first_ranked,
@@ -345,22 +335,28 @@ def select(
 
 def _confirm(
     present: Fit, accepted: list[str], contests: dict[str, tuple[float, list[Rival]]], calibrated: Fit
-) -> tuple[Fit, HeldOut, list[str], dict[str, tuple[Gain, float]]]:
-    """Each effect once more on unseen data, in the company of the others: without it they must be predicted worse."""
-    word = held_out(present)
+) -> tuple[Fit, list[str], dict[str, tuple[Gain, float]], tuple[Fold, ...]]:
+    """Each effect once more on unseen data, in the company of the others: without it they must be predicted worse.
+
+    Returns what was kept back too: other conditions if they could speak for every effect, else stretches.
+    """
     standing: dict[str, tuple[Gain, float]] = {}
+    kept_back = conditions(present.problem) or stretches(present.problem)
     strongest = max(accepted, key=lambda e: contests[e][0], default='')
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare = shrink(present, effect)
-        without = held_out(bare, folds(present.problem))
-        gain = improvement(without, word)
+        gain, looked_at = confirmation(bare, present)
         rival = Rival(effect, present, penalised(present))
         if gain.holds and (effect == strongest or _good_company(calibrated, bare, rival, contests[effect][1])):
             standing[effect] = gain, _largest_share(calibrated, bare, present)
+            if looked_at[0].whole is None:
+                kept_back = stretches(present.problem)
         else:
-            present, word = bare, held_out(bare)
+            present = bare
             accepted = [e for e in accepted if e != effect]
-    return present, word, accepted, standing
+    if any('.' in u.name and u.recording is not None for u in present.problem.unknowns):
+        kept_back = stretches(present.problem)
+    return present, accepted, standing, kept_back
 
 
 def _good_company(calibrated: Fit, without: Fit, pick: Rival, rivals: Sequence[Rival]) -> bool:

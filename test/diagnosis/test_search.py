@@ -7,7 +7,7 @@ from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 from tcp_muscle_ros.diagnosis.calibration import calibrate
 from tcp_muscle_ros.diagnosis.candidates import screen, variants
 from tcp_muscle_ros.diagnosis.form import inflation
-from tcp_muscle_ros.diagnosis.holdout import folds, held_out, improvement
+from tcp_muscle_ros.diagnosis.holdout import confirmation
 from tcp_muscle_ros.diagnosis.selection import grow, settle_noise
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence
 from tcp_muscle_ros.diagnosis.unknowns import effect_unknowns
@@ -38,7 +38,7 @@ def test_a_choice_is_tried_and_never_fitted():
     assert [u.name for u in effect_unknowns('clock_skew', late)] == ['clock_skew.d', 'clock_skew.r']
     fitted = calibrated(late)
     ranked, _ = screen(fitted, ['clock_skew', 'inertia', 'two_node', 'friction'])
-    found = grow(fitted, ranked[0])
+    found = grow(fitted, ranked[0], 20)
     assert ranked[0].effect == 'clock_skew'
     assert found.muscle['clock_skew.channel'] == 1.0
     assert found.muscle['clock_skew.d'] == pytest.approx(0.4, abs=0.05)
@@ -49,11 +49,11 @@ def test_a_drift_shows_in_stretches_that_are_kept_back():
     muscle = TRUE.with_effects('viscous_flow')
     fitted = calibrated(muscle, (0.588, 0.588))
     ranked, _ = screen(fitted, ['viscous_flow', 'friction'])
-    grown = grow(fitted, ranked[0])
-    kept_back = folds(grown.problem)
+    grown = grow(fitted, ranked[0], 20)
+    gain, kept_back = confirmation(fitted, grown)
     assert all(fold.whole is None for fold in kept_back)
     assert ranked[0].effect == 'viscous_flow'
-    assert improvement(held_out(fitted, kept_back), held_out(grown, kept_back)).holds
+    assert gain.holds
 
 
 def test_intervals_widen_where_the_same_is_missed_in_the_same_state_each_time():
