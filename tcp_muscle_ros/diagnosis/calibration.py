@@ -5,7 +5,7 @@ colour of what the model leaves over, so that a model that does not fit well doe
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, FACTOR, START, Unknown, base_unknowns
 from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.effects.fatigue import SWING
 
 _FACTORS = (0.125, 0.35, 1.0, 2.8, 8.0)
 
@@ -92,6 +93,16 @@ def calibrate(
         again = problem.with_noise(left_over_noise(fitted))
         fitted = fit(again, fitted.z, rounds=12, known=fitted.rough_slopes, progress=progress)
     return Calibration(fitted, tuple(_estimates(fitted)), tuple(_combinations(fitted)))
+
+
+def in_turn(fitted: Fit) -> Fit:
+    """The same fit of recordings that know how many cycles the muscle went through in those before them."""
+    experiments, cycles = [], 0.0
+    for k, experiment in enumerate(fitted.problem.experiments):
+        experiments.append(replace(experiment, cycles=cycles))
+        temperature = fitted.problem.outputs(fitted.values, k).fibre_temperature
+        cycles += float(np.sum(np.abs(np.diff(temperature)))) / (2.0 * SWING)
+    return replace(fitted, problem=replace(fitted.problem, experiments=tuple(experiments)))
 
 
 def quick_noise(experiments: Sequence[Experiment]) -> dict[str, Noise]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, quick_noise
+from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, in_turn, quick_noise
 from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
 from tcp_muscle_ros.diagnosis.conclusions import calibrated_values, conclude, summaries
 from tcp_muscle_ros.diagnosis.experiment import Experiment
@@ -75,7 +75,7 @@ class _Work:
             return self._without_result('insufficient_data', 'the recordings fix none of the parameters')
         start = time.monotonic()
         untried = skipped(self.experiments)
-        self.selection = select(self.calibration.fit, [e for e in EFFECTS if e not in untried], self.progress)
+        self.selection = select(in_turn(self.calibration.fit), [e for e in EFFECTS if e not in untried], self.progress)
         self.seconds['select'] = time.monotonic() - start
         return conclude(self.selection, self.nominal, untried, self.seconds)
 

@@ -64,7 +64,10 @@ class Observed:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One recording as the model sees it. ``notes`` say what was assumed, for people to read."""
+    """One recording as the model sees it.
+
+    ``notes`` say what was assumed, for people to read; ``cycles``: those of the recordings before it.
+    """
 
     name: str
     imposed: Imposed
@@ -72,6 +75,7 @@ class Experiment:
     observed: Mapping[str, Observed]
     known: Mapping[str, object] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    cycles: float = 0.0
 
     def outputs(self, parameters: Parameters, temperature: float | None = None, resolution: float = 1.0) -> Outputs:
         """The model's outputs at ``imposed.time``; ``temperature`` (K) at the start, default the ambient."""

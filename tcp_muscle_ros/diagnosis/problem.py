@@ -13,7 +13,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.noise import Noise, whitening
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
-from tcp_muscle_ros.muscle import Outputs, Parameters
+from tcp_muscle_ros.muscle import EFFECTS, Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 FLOATING_ZERO = ('displacement', 'force')  # channels whose zero is a convention of the rig
@@ -54,6 +54,9 @@ class Problem:
     def muscle(self, values: Values, recording: int | None = None) -> Parameters:
         """The muscle that these values make, for one recording where some unknowns are its own."""
         mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
+        if recording is not None:
+            ages = [f'{e}.{EFFECTS[e].age}' for e in self.parameters.effects if EFFECTS[e].age]
+            mine |= {name: self.parameters[name] + self.experiments[recording].cycles for name in ages}
         return self.parameters.replace(mine)
 
     def outputs(self, values: Values, recording: int) -> Outputs:

@@ -54,7 +54,8 @@ class Effect:
     parameter that switches it off at its value ``none`` (the amplitude that a fit lets grow). ``motion``: its
     ``heat`` needs ``q[VELOCITY]`` or ``q[FORCE_RATE]``, which depend on the heating they change. ``circumstance``: it
     is no property of the muscle but of the room or the rig at the time, and may differ from recording to recording.
-    ``moments``: its parameters that are instants or spans of a recording; ``whole``: one that is a recording's length.
+    ``moments``: its parameters that are instants or spans of a recording; ``whole``: one that is a recording's length;
+    ``age``: one that counts the muscle's cycles before it.
     """
 
     name: str
@@ -72,6 +73,7 @@ class Effect:
     circumstance: bool = False
     moments: tuple[str, ...] = ()
     whole: str = ''
+    age: str = ''
 
     @property
     def fitted(self) -> tuple[Parameter, ...]:
