@@ -5,7 +5,7 @@ the unknowns of the present model could mimic is projected out of it; the rest, 
 the misfit would drop. All in linear approximation: it ranks, refits decide.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -25,6 +25,7 @@ NEVER_TESTABLE = {
 _WORKERS = 2
 _MOST_VARIANTS = 6
 _WEAK, _APART = 0.1, 2.5
+_CROSSED = (0.15, 0.4, 0.6, 0.85)  # shares of an output's span
 _BEGINS, _SPANS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88), (0.06, 0.2, 2.0)  # shares of a recording
 # The price of a parameter of an effect, in units of the misfit: a flexible rival must not win by flexibility.
 PER_PARAMETER = 2.0
@@ -96,11 +97,14 @@ def without_effect(problem: Problem, effect: str) -> Problem:
     return replace(problem, parameters=problem.parameters.only_effects(effects), unknowns=kept)
 
 
-def variants(effect: str, duration: float) -> list[dict[str, float]]:
+def variants(
+    effect: str, duration: float, spans: Mapping[str, tuple[float, float]] | None = None
+) -> list[dict[str, float]]:
     """Sets of an effect's parameters to try: the usual one, a weak one, each secondary parameter low and high; for each
     choice.
 
-    Instants and spans are tried all over the recording, whose ``duration`` (s) is given.
+    Instants and spans are tried all over the recording, whose ``duration`` (s) is given; what an output has to cross,
+    all over the span of that output (``spans``, by its name).
     """
     definition = EFFECTS[effect]
     usual = {f'{effect}.{row.name}': row.value for row in definition.parameters}
@@ -114,6 +118,11 @@ def variants(effect: str, duration: float) -> list[dict[str, float]]:
     found = [usual, {**usual, key: definition.none + _WEAK * (usual[key] - definition.none)}]
     for row in definition.fitted:
         if row.name == definition.strength:
+            continue
+        if row.crossed and spans:
+            low, high = spans[row.crossed]
+            reached = [min(max(low + share * (high - low), row.low), row.high) for share in _CROSSED]
+            found += [{**usual, f'{effect}.{row.name}': value} for value in reached]
             continue
         for share in (0.2, 0.8):
             if row.low > 0.0 and row.high / row.low > 10.0:
@@ -137,6 +146,7 @@ class Screen:
     fit: Fit
     orthonormal: Array
     left: Array
+    spans: dict[str, tuple[float, float]]
 
     @classmethod
     def of(cls, fitted: Fit) -> 'Screen':
@@ -146,7 +156,15 @@ class Screen:
         orthonormal, _ = np.linalg.qr(augmented)
         residual = np.concatenate([*fitted.residuals, (fitted.z - fitted.problem.start()) / scale])
         left = residual - orthonormal @ (orthonormal.T @ residual)
-        return cls(fitted, orthonormal, left)
+        outputs = [fitted.problem.outputs(fitted.values, k) for k in range(len(fitted.problem.experiments))]
+        spans = {
+            name: (
+                min(float(getattr(o, name).min()) for o in outputs),
+                max(float(getattr(o, name).max()) for o in outputs),
+            )
+            for name in {row.crossed for row in SPECIFICATIONS.values()} - {''}
+        }
+        return cls(fitted, orthonormal, left, spans)
 
     def change(self, effect: str, values: dict[str, float]) -> list[Array] | None:
         """What switching the effect on adds to the predictions of each recording, whitened."""
@@ -184,7 +202,7 @@ class Screen:
         """The effect in each of its variants; a circumstance also with each recording's own best variant."""
         experiments = self.fit.problem.experiments
         tried = []
-        for values in variants(effect, max(e.duration for e in experiments)):
+        for values in variants(effect, max(e.duration for e in experiments), self.spans):
             change = self.change(effect, values)
             if change is not None:
                 tried.append((values, change))

@@ -9,7 +9,8 @@ ZERO_CELSIUS = 273.15
 class Parameter:
     """A parameter in SI. ``absolute`` marks an absolute temperature: K inside, degC at the edge.
 
-    ``choices``: the value is the place of one of these names. ``fitted`` False: a fit leaves it as it is.
+    ``choices``: the value is the place of one of these names. ``fitted`` False: a fit leaves it as it is. ``crossed``:
+    the output (a name of Outputs) that has to cross this value for the effect to begin or end.
     """
 
     name: str
@@ -22,6 +23,7 @@ class Parameter:
     absolute: bool = False
     choices: tuple[str, ...] = ()
     fitted: bool = True
+    crossed: str = ''
 
     @property
     def edge_unit(self) -> str:

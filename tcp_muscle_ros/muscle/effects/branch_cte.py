@@ -46,6 +46,7 @@ EFFECT = Effect(
             'glass transition',
             'nylon 6,6, dry',
             absolute=True,
+            crossed='fibre_temperature',
         ),
     ),
     hooks={'contraction': contraction, 'rates': rates},

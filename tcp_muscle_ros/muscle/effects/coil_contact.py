@@ -28,7 +28,9 @@ EFFECT = Effect(
     source='solid length of a coil spring',
     parameters=(
         Parameter('s', 0.95, '1', 0.0, 1.0, 'share of the motion that contact stops', 'estimated: near 1'),
-        Parameter('Hc', 0.095, 'm', 0.02, 0.5, 'length at which the turns meet', 'estimated: 56 to 130 mm'),
+        Parameter(
+            'Hc', 0.095, 'm', 0.02, 0.5, 'length at which the turns meet', 'estimated: 56 to 130 mm', crossed='length'
+        ),
         Parameter('w', 0.002, 'm', 0.0002, 0.02, 'softness of the stop', 'estimated: unequal pitch'),
     ),
     hooks={'limit': limit},

@@ -26,7 +26,9 @@ EFFECT = Effect(
     source='coils in contact, logistic in length',
     parameters=(
         Parameter('s', 0.10, '1', 0.0, 0.6, 'share of the resistance that contact shorts', 'estimated: 2 to 30 %'),
-        Parameter('Hc', 0.087, 'm', 0.02, 0.5, 'length at which coils meet', 'estimated: N d = 84 to 90 mm'),
+        Parameter(
+            'Hc', 0.087, 'm', 0.02, 0.5, 'length at which coils meet', 'estimated: N d = 84 to 90 mm', crossed='length'
+        ),
         Parameter('w', 0.005, 'm', 0.0005, 0.05, 'spread of that length along the muscle', 'estimated: 2 to 8 mm'),
     ),
     hooks={'resistance': resistance},

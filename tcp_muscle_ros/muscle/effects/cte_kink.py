@@ -50,6 +50,7 @@ EFFECT = Effect(
             'temperature of the kink',
             'estimated: 40 to 60 degC',
             absolute=True,
+            crossed='fibre_temperature',
         ),
     ),
     hooks={'contraction': contraction},

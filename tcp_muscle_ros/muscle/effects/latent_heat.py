@@ -37,6 +37,7 @@ EFFECT = Effect(
             'middle of the band',
             'a free choice',
             absolute=True,
+            crossed='fibre_temperature',
         ),
         Parameter('w', 6.0, 'K', 1.0, 40.0, 'standard width of the band', 'a free choice'),
     ),
