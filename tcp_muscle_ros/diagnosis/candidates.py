@@ -157,13 +157,10 @@ class Screen:
         residual = np.concatenate([*fitted.residuals, (fitted.z - fitted.problem.start()) / scale])
         left = residual - orthonormal @ (orthonormal.T @ residual)
         outputs = [fitted.problem.outputs(fitted.values, k) for k in range(len(fitted.problem.experiments))]
-        spans = {
-            name: (
-                min(float(getattr(o, name).min()) for o in outputs),
-                max(float(getattr(o, name).max()) for o in outputs),
-            )
-            for name in {row.crossed for row in SPECIFICATIONS.values()} - {''}
-        }
+        spans = {}
+        for name in {row.crossed for row in SPECIFICATIONS.values()} - {''}:
+            shown = np.concatenate([getattr(o, name) for o in outputs])
+            spans[name] = float(shown.min()), float(shown.max())
         return cls(fitted, orthonormal, left, spans)
 
     def change(self, effect: str, values: dict[str, float]) -> list[Array] | None:

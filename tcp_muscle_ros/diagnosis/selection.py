@@ -5,7 +5,7 @@ when the whitened misfit falls by more than chance gives over all that were trie
 when the gain is a real share of what was unexplained.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -22,7 +22,7 @@ from tcp_muscle_ros.muscle import EFFECTS
 
 MOST_EFFECTS = 4
 SHORTLIST, _REVISED = 6, 3
-_MANY = 24  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
+_MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
 # 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
 THRESHOLD = 20.0
 # Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.
@@ -189,8 +189,9 @@ def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
 def _prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     """The best model; among those that it does not beat, the simplest.
 
-    That is one that holds for all recordings alike, then a sensor before physics, then the fewest parameters.
-    ``bare`` is the score without any of them.
+    That is one that holds for all recordings alike, then a sensor before physics, then the fewest parameters. In one
+    stage, where form decides, a form with more parameters follows another's by what it may bend: it must be more than
+    alike to win. ``bare`` is the score without any of them.
     """
     best = min(r.score for r in rivals)
     close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
@@ -199,14 +200,23 @@ def _prefer(rivals: Sequence[Rival], bare: float) -> Rival:
         own = any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
         return own, EFFECTS[rival.effect].stage != 'sensor', len(EFFECTS[rival.effect].fitted), rival.score
 
-    return min(close, key=order)
+    first = min(close, key=order)
+    stage = EFFECTS[first.effect].stage
+    alike = [r for r in close_rivals(rivals, bare - best) if EFFECTS[r.effect].stage == stage]
+    return min([first, *alike], key=order)
 
 
 def rivals_for(
-    base: Fit, ranked: Sequence[Candidate], progress: Callable[[], None] | None, most: int = SHORTLIST
+    base: Fit,
+    ranked: Sequence[Candidate],
+    progress: Callable[[], None] | None,
+    most: int = SHORTLIST,
+    also: Collection[str] = (),
 ) -> list[Rival]:
-    """Refit the most promising candidates on top of a fit, best first; those that soon lag behind not to the end."""
+    """Refit the most promising candidates on top of a fit, and those of ``also``, best first; those that soon lag
+    behind not to the end."""
     promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
+    promising += [c for c in ranked if c.effect in also and c not in promising]
     found = []
     for candidate in promising:
         if progress:
@@ -271,6 +281,7 @@ def select(
     signals: dict[str, float] = {}
     refitted: dict[str, float] = {}
     accepted: list[str] = []
+    contenders: dict[str, list[str]] = {}
     rejected: list[str] = []
     while len(accepted) < most:
         pool = [e for e in effects if e not in accepted]
@@ -305,8 +316,10 @@ def select(
         if picked is None:
             break
         accepted.append(picked.effect)
+        least = bare - (1.0 - _CONTEST) * (bare - picked.score)
+        contenders[picked.effect] = [r.effect for r in rivals if r.score < least]
         present, found_structure = settle_noise(picked.fit, 1)
-    present, accepted, contests = _revise(present, accepted, effects, progress)
+    present, accepted, contests = _revise(present, accepted, effects, contenders, progress)
     if accepted:
         present, found_structure = settle_noise(present, 1)
     present, accepted, standing, kept_back = _confirm(present, accepted, contests, calibrated)
@@ -390,9 +403,16 @@ def _largest_share(missing: Fit, without: Fit, fitted: Fit) -> float:
 
 
 def _revise(
-    present: Fit, accepted: list[str], effects: Sequence[str], progress: Callable[[], None] | None
+    present: Fit,
+    accepted: list[str],
+    effects: Sequence[str],
+    contenders: Mapping[str, Collection[str]],
+    progress: Callable[[], None] | None,
 ) -> tuple[Fit, list[str], dict[str, tuple[float, list[Rival]]]]:
-    """Swap and prune: each effect must beat, in the company of the others, whatever could replace it."""
+    """Swap and prune: each effect must beat, in the company of the others, whatever could replace it.
+
+    ``contenders``: those that came close to it before.
+    """
     contests: dict[str, tuple[float, list[Rival]]] = {}
     for _ in range(2 if len(present.problem.unknowns) <= _MANY else 1):
         changed = False
@@ -401,7 +421,8 @@ def _revise(
             pool = [e for e in effects if e == effect or e not in accepted]
             ranked, _signals = screen(bare, pool, progress)
             most = _REVISED if len(bare.problem.unknowns) <= _MANY else 1
-            rivals = [r for r in rivals_for(bare, ranked, progress, most) if r.effect != effect]
+            found = rivals_for(bare, ranked, progress, most, contenders.get(effect, ()))
+            rivals = [r for r in found if r.effect != effect]
             rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)
             drop = penalised(bare) - min(r.score for r in rivals)
             if drop < THRESHOLD:
