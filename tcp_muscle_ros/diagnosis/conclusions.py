@@ -33,7 +33,7 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
 LEAST_SIGNAL = 3.0
 # A generic misfit that keeps more than this share of what was there has not been explained by the named effects.
-STILL_UNEXPLAINED = 0.35
+STILL_UNEXPLAINED = 0.2
 _BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
 _FORM = ALIKE**0.5  # of what an effect does: as far as its listed form is told from the muscle's own
 _MATTERS = 0.02  # of what a parameter may differ by, a priori

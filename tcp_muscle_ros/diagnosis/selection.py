@@ -32,7 +32,7 @@ AMBIGUOUS = 6.0
 ALIKE = 0.02
 LEAST_SHARE = 0.08
 LEAST_SHARE_OF_ALL = 0.05
-_SPECIFIC, _MOST_OF_REST, _ALONE = 0.01, 0.5, 2.0  # share of all, share of what is left, gain over the next rival's
+_SPECIFIC, _MOST_OF_REST, _ALONE = 0.03, 0.7, 2.0  # share of all, share of what is left, gain over the next rival's
 _TRIES = 4
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 _BEATEN = 0.003  # of the best rival's drop: a model that misses so much more is beaten
@@ -384,16 +384,18 @@ def _good_company(calibrated: Fit, without: Fit, pick: Rival, rivals: Sequence[R
     bare = penalised(without)
     drop = bare - pick.score
     unlike = [bare - r.score for r in rivals if r.effect != pick.effect and r.score - pick.score >= margin(drop)]
-    return _largest_share(without, without, pick.fit) >= _MOST_OF_REST and drop >= _ALONE * max(unlike, default=0.0)
+    rest = _largest_share(without, without, pick.fit, robust=False)
+    return rest >= _MOST_OF_REST and drop >= _ALONE * max(unlike, default=0.0)
 
 
-def _largest_share(missing: Fit, without: Fit, fitted: Fit) -> float:
+def _largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
     """The largest share, over channels, of what one model misses, that an effect takes away from another.
 
-    Channels count in which it takes away something beside the noise.
+    Channels count in which it takes away something beside the noise; ``robust`` counts what it leaves as noise.
     """
     shares = []
-    noises = robust_noise(fitted, structures(fitted))
+    found = structures(fitted)
+    noises = robust_noise(fitted, found) if robust else {name: s.noise for name, s in found.items()}
     for name, noise in noises.items():
         missed = missing.mean_square[name] - noise.sigma**2
         drop = without.mean_square[name] - fitted.mean_square[name]
