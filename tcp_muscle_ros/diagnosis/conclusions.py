@@ -318,7 +318,7 @@ def conclude(
         improved=improved_muscle(selection.final),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=notes(experiments),
+        notes=(*notes(experiments), *_unseen(selection)),
         seconds=dict(seconds),
     )
 
@@ -341,6 +341,16 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
             'them'
         )
     return tuple(found)
+
+
+def _unseen(selection: Selection) -> tuple[str, ...]:
+    """That stretches were held out where recordings might have been."""
+    if selection.other_conditions or len(selection.final.problem.experiments) < 3:
+        return ()
+    return (
+        'held out are stretches of the recordings: without the recording that shows it, what was found is not to be '
+        'learnt from the others',
+    )
 
 
 def _closed_loop(experiment: Experiment) -> bool:

@@ -90,7 +90,10 @@ class Chosen:
 
 @dataclass(frozen=True)
 class Selection:
-    """The outcome: the calibrated model, the selected one, and how both do on unseen data."""
+    """The outcome: the calibrated model, the selected one, and how both do on unseen data.
+
+    ``other_conditions``: these are whole recordings, not stretches of those that were fitted.
+    """
 
     calibrated: Fit
     final: Fit
@@ -103,6 +106,7 @@ class Selection:
     refitted: dict[str, float]
     signals: dict[str, float]
     rejected: tuple[str, ...] = ()
+    other_conditions: bool = True
 
 
 @lru_cache(maxsize=8)
@@ -343,6 +347,7 @@ def select(
         refitted,
         signals,
         tuple(rejected),
+        kept_back[0].whole is not None,
     )
 
 
