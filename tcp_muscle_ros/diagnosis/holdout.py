@@ -16,8 +16,9 @@ from tcp_muscle_ros.muscle.arrays import Array, Mask
 _STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
 _CLUSTER = 15.0  # s: stretches over which errors are summed before their scatter is judged
 # A fold has a say where the squared whitened difference of two predictions is at least so much, of noise and of the
-# largest of all folds, and at most so many times that on the data that were fitted.
-_SEEN, _NOTABLE, _EXTRAPOLATED = 4.0, 0.02, 4.0
+# largest of all folds; and, where it is a recording, at most so many times that on the data that were fitted. (A model
+# that lacks an effect bends to what it is fitted to, and errs ten times as much elsewhere.)
+_SEEN, _NOTABLE, _EXTRAPOLATED = 4.0, 0.02, 40.0
 
 
 @dataclass(frozen=True)
@@ -188,16 +189,17 @@ def _slopes_of(rest: Problem, fitted: Fit) -> list[Shown] | None:
     return None if known is None else _at_the_instants_of(rest, fitted.problem, known)
 
 
-def improvement(before: HeldOut, after: HeldOut) -> Gain:
+def improvement(before: HeldOut, after: HeldOut, reach: float = np.inf) -> Gain:
     """What changed on the same unseen data, under the same noise.
 
     Where noise e is all that a model leaves, another that differs by d changes the misfit by d'd + 2 e'd. A fold has no
-    say where the models hardly differ, or where they differ far more than on what they were fitted to: what the rest
-    did not show of an effect was not learnt from it, and neither success nor failure is the effect's.
+    say where the models hardly differ, or where they differ more than ``reach`` times as much as on what they were
+    fitted to: what the rest did not show of an effect was not learnt from it, and neither success nor failure is the
+    effect's.
     """
     moved = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.white, after.white, strict=True)])
     learnt = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.fitted, after.fitted, strict=True)])
-    say = (moved > max(_SEEN, _NOTABLE * float(moved.max(initial=0.0)))) & (moved < _EXTRAPOLATED * learnt)
+    say = (moved > max(_SEEN, _NOTABLE * float(moved.max(initial=0.0)))) & (moved <= reach * learnt)
     drops = [a - b for a, b in zip(before.misfit, after.misfit, strict=True)]
     if not say.any():
         return Gain(0.0, 0.0, 0.0, 0.0, 0)
@@ -217,7 +219,7 @@ def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:
     of the same ones."""
     gain, kept_back = Gain(0.0, 0.0, 0.0, 0.0, 0), conditions(after.problem)
     if kept_back:
-        gain = improvement(held_out(before, kept_back), held_out(after, kept_back))
+        gain = improvement(held_out(before, kept_back), held_out(after, kept_back), _EXTRAPOLATED)
     if not gain.say:
         kept_back = stretches(after.problem)
         gain = improvement(held_out(before, kept_back), held_out(after, kept_back))
