@@ -37,7 +37,8 @@ class Candidate:
 
     ``gain``: expected drop of the misfit; ``signal``: norm of what remains of its direction at full plausible strength
     once the unknowns have mimicked what they can, in units of the noise; ``values``: where a refit should start;
-    ``own``: the same for each recording, where every recording has its own, else empty.
+    ``own``: the same for each recording, where every recording has its own, else empty; ``second``: where else to
+    start, the best of the other sets.
     """
 
     effect: str
@@ -45,6 +46,7 @@ class Candidate:
     gain: float
     signal: float
     own: tuple[dict[str, float], ...] = ()
+    second: dict[str, float] | None = None
 
     @property
     def stage(self) -> str:
@@ -71,7 +73,9 @@ class Candidate:
             return {**values, key: definition.none + moved}
 
         return [
-            replace(self, values=less(self.values, share), own=tuple(less(own, share) for own in self.own))
+            replace(self, values=less(values, share), own=tuple(less(own, share) for own in self.own))
+            for values in (self.values, self.second)
+            if values is not None
             for share in (1.0, 0.4, 0.1, None)
         ]
 
@@ -232,7 +236,11 @@ def screen(
         found = base.candidates(effect)
         if not found:
             return None, 0.0
-        return max(found, key=lambda c: c.worth), max(c.signal for c in found)
+        first = max(found, key=lambda c: c.worth)
+        others = [c for c in found if c is not first and not c.own]
+        if others and not first.own:
+            first = replace(first, second=max(others, key=lambda c: c.worth).values)
+        return first, max(c.signal for c in found)
 
     with ThreadPoolExecutor(_WORKERS) as pool:
         results = list(pool.map(best, effects))
