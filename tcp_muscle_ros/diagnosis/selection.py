@@ -18,7 +18,7 @@ from tcp_muscle_ros.diagnosis.generic import Structure, drivers, structure
 from tcp_muscle_ros.diagnosis.holdout import Fold, Gain, HeldOut, conditions, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.replicates import pure_error
-from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
 
 MOST_EFFECTS = 4
 SHORTLIST, _REVISED = 6, 3
@@ -32,7 +32,9 @@ AMBIGUOUS = 6.0
 ALIKE = 0.02
 LEAST_SHARE = 0.08
 LEAST_SHARE_OF_ALL = 0.05
-_SPECIFIC, _MOST_OF_REST, _ALONE = 0.03, 0.7, 2.0  # share of all, share of what is left, gain over the next rival's
+# Of what is left without it, an effect takes most; while others are still to be found, less.
+_OF_REST, _OF_REST_AT_FIRST = 0.65, 0.4
+_FAR = 2.5  # times its usual strength: farther off is hardly ever a sensor that works
 _TRIES = 4
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 _BEATEN = 0.003  # of the best rival's drop: a model that misses so much more is beaten
@@ -193,21 +195,32 @@ def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
 def _prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     """The best model; among those that it does not beat, the simplest.
 
-    That is one that holds for all recordings alike, then a sensor before physics, then the fewest parameters. In one
+    That is one that holds for all recordings alike, then a sensor (unless it is off as hardly any ever is) before
+    physics, then the fewest parameters. In one
     stage, where form decides, a form with more parameters follows another's by what it may bend: it must be more than
     alike to win. ``bare`` is the score without any of them.
     """
     best = min(r.score for r in rivals)
     close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
 
-    def order(rival: Rival) -> tuple[bool, bool, int, float]:
+    def order(rival: Rival) -> tuple[bool, int, int, float]:
+        effect = EFFECTS[rival.effect]
         own = any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
-        return own, EFFECTS[rival.effect].stage != 'sensor', len(EFFECTS[rival.effect].fitted), rival.score
+        rank = 1 if effect.stage != 'sensor' else 2 if _far(rival) else 0
+        return own, rank, len(effect.fitted), rival.score
 
     first = min(close, key=order)
     stage = EFFECTS[first.effect].stage
     alike = [r for r in close_rivals(rivals, bare - best) if EFFECTS[r.effect].stage == stage]
     return min([first, *alike], key=order)
+
+
+def _far(rival: Rival) -> bool:
+    """Whether an effect is much stronger than it usually is."""
+    definition = EFFECTS[rival.effect]
+    key = f'{rival.effect}.{definition.strength}'
+    usual = abs(SPECIFICATIONS[key].value - definition.none)
+    return abs(rival.fit.muscle[key] - definition.none) > _FAR * usual
 
 
 def rivals_for(
@@ -310,7 +323,7 @@ def select(
             else:
                 pick = rivals[0]
             enough = _share(found_structure, present, pick.fit) >= LEAST_SHARE and (
-                not accepted or _good_company(calibrated, present, pick, rivals)
+                not accepted or _good_company(calibrated, present, pick.fit, _OF_REST_AT_FIRST)
             )
             if enough and confirmation(present, pick.fit)[0].holds:
                 picked = pick
@@ -364,8 +377,7 @@ def _confirm(
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare = shrink(present, effect)
         gain, looked_at = confirmation(bare, present)
-        rival = Rival(effect, present, penalised(present))
-        if gain.holds and (effect == strongest or _good_company(calibrated, bare, rival, contests[effect][1])):
+        if gain.holds and (effect == strongest or _good_company(calibrated, bare, present, _OF_REST)):
             standing[effect] = gain, _largest_share(calibrated, bare, present)
             if looked_at[0].whole is None:
                 kept_back = stretches(present.problem)
@@ -377,20 +389,14 @@ def _confirm(
     return present, accepted, standing, kept_back
 
 
-def _good_company(calibrated: Fit, without: Fit, pick: Rival, rivals: Sequence[Rival]) -> bool:
+def _good_company(calibrated: Fit, without: Fit, fitted: Fit, rest: float) -> bool:
     """Whether an effect beside a stronger one is more than what the stronger one's form leaves.
 
-    It takes a real share of all that was missed. A smaller one will do where it takes most of what is left, and nothing
-    unlike it comes near: what a form leaves, several effects explain a little.
+    It takes a real share of all that was missed, and a share ``rest`` of what is left: what a form leaves, several
+    effects explain a little, and none of them all.
     """
-    share = _largest_share(calibrated, without, pick.fit)
-    if share >= LEAST_SHARE_OF_ALL or share < _SPECIFIC:
-        return share >= LEAST_SHARE_OF_ALL
-    bare = penalised(without)
-    drop = bare - pick.score
-    unlike = [bare - r.score for r in rivals if r.effect != pick.effect and r.score - pick.score >= margin(drop)]
-    rest = _largest_share(without, without, pick.fit, robust=False)
-    return rest >= _MOST_OF_REST and drop >= _ALONE * max(unlike, default=0.0)
+    of_all = _largest_share(calibrated, without, fitted)
+    return of_all >= LEAST_SHARE_OF_ALL and _largest_share(without, without, fitted, robust=False) >= rest
 
 
 def _largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
