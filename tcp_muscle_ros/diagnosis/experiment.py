@@ -12,6 +12,7 @@ from typing import overload
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.noise import white_sigma
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import KINDS, Outputs, Parameters, simulate
 from tcp_muscle_ros.muscle.arrays import Array
@@ -23,6 +24,8 @@ _INTERPOLATED = 0.15  # s: a muscle's temperature bends by less than a hundredth
 _UNSURE = 1.6  # sampling periods either side of a step of the load
 _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, not noise or a ramp
 _RINGING = 1.5  # s after a step of the load
+_STEPS_APART = 2.0  # s, on average: steps of a load that are closer are none
+_BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
 _LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
 
 
@@ -229,6 +232,8 @@ def _holding(
         load, used = observed['force'], 'force'  # the force at a loaded end is the load
         if np.ptp(load.value) <= 0.02 * max(float(np.median(load.value)), 1e-9):
             load = float(np.median(load.value))
+        else:
+            load = _levels(load)
     elif constant is not None:
         load = constant
     else:
@@ -260,9 +265,23 @@ def _first(load: Channel) -> float:
     return float(np.median(load.value[:5])) if load.name == 'force' else float(load.value[0])
 
 
+def _levels(force: Channel) -> Channel:
+    """A measured force without its noise, where it is that of weights: constant between few steps; else as it is."""
+    noise = white_sigma(force.value)
+    steps = np.flatnonzero(np.abs(np.diff(force.value)) > _BEYOND_NOISE * noise) + 1
+    if noise == 0.0 or steps.size * _STEPS_APART > force.time[-1] - force.time[0]:
+        return force
+    segments = np.split(force.value, steps)
+    levels = np.array([float(np.median(part)) for part in segments])
+    left = np.concatenate([part - level for part, level in zip(segments, levels, strict=True)])
+    if float(np.sqrt(np.mean(left**2))) > _CONSTANT * noise:
+        return force
+    return replace(force, time=force.time[np.append(0, steps)], value=levels)
+
+
 def _in_steps(force: Channel, load: Channel) -> bool:
     """Whether a force is the load itself, without noise: constant but for about as many steps as were told."""
-    return bool(np.count_nonzero(np.diff(force.value)) <= 2 * len(load))
+    return bool(np.count_nonzero(np.diff(force.value)) <= 2 * (1 + _changes(load).size))
 
 
 def _from_the_start(load: Channel, stated: float | None, force: Channel | None) -> Channel:
@@ -368,6 +387,20 @@ def _edges(channel: Channel | float, samples: int) -> Array:
     return changes if changes.size <= samples // 4 else np.empty(0)
 
 
+def _steps(load: Channel | float, channel: Channel) -> Array:
+    """When a weight was changed, while this channel was recorded; a load that changes all the time has no steps, or
+    only its largest."""
+    if not isinstance(load, Channel):
+        return np.empty(0)
+    size = np.abs(np.diff(load.value))
+    most = float(channel.time[-1] - channel.time[0]) / _STEPS_APART if channel.time.size else 0.0
+    for least in (0.0, _JUMP * float(np.ptp(load.value))):
+        steps = load.time[1:][size > least]
+        if steps.size <= most:
+            return np.asarray(steps)
+    return np.empty(0)
+
+
 def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int | None, start: float) -> Observed:
     """The channel from ``start`` on, averaged in blocks where it has more than ``most`` samples.
 
@@ -376,7 +409,7 @@ def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int |
     left out. What follows within seconds, in which a hanging weight rings, is not averaged.
     """
     kept = channel.time >= start - _SAME_INSTANT
-    steps = _edges(load, channel.time.size)
+    steps = _steps(load, channel)
     if steps.size and channel.time.size > 1:
         near = _UNSURE * float(np.median(np.diff(channel.time)))
         at = np.searchsorted(steps, channel.time)
