@@ -318,7 +318,7 @@ def conclude(
         improved=improved_muscle(selection.final),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=(*notes(experiments), *_unseen(selection)),
+        notes=(*notes(experiments), *_unseen(selection), *_cut_short(selection)),
         seconds=dict(seconds),
     )
 
@@ -348,9 +348,16 @@ def _unseen(selection: Selection) -> tuple[str, ...]:
     if selection.other_conditions or len(selection.final.problem.experiments) < 3:
         return ()
     return (
-        'held out are stretches of the recordings: without the recording that shows it, what was found is not to be '
-        'learnt from the others',
+        'held out are stretches of the recordings, no other condition: what was found cannot be learnt from the other '
+        'recordings alone',
     )
+
+
+def _cut_short(selection: Selection) -> tuple[str, ...]:
+    """That more might have been tried."""
+    if selection.final.problem.work.left:
+        return ()
+    return ('the search was cut short: with fewer or shorter recordings at once more could be tried',)
 
 
 def _closed_loop(experiment: Experiment) -> bool:

@@ -5,7 +5,7 @@ unknown of each recording and is projected out exactly.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,11 +13,15 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.noise import Noise, whitening
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
+from tcp_muscle_ros.diagnosis.work import Work
 from tcp_muscle_ros.muscle import EFFECTS, Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.stepping import SUBSTEP
+from tcp_muscle_ros.muscle.table import INDEX
 
 FLOATING_ZERO = ('displacement', 'force')  # channels whose zero is a convention of the rig
 _RESOLUTION = 0.125  # of the usual substeps
+_ROUNDS = 4.0  # of the model's loop for motion, about
 # Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.
 _SURVIVED, _MELTING_SPREAD = 273.15 + 220.0, 5.0  # K
 _MELTING = 'melting'  # beside the channels: how far beyond it the fibre got
@@ -28,12 +32,16 @@ Shown = dict[str, Array]  # by channel and _MELTING, what a model shows in one r
 
 @dataclass(frozen=True)
 class Problem:
-    """What is fitted to what: experiments, the muscle that the unknowns start from, noise by channel."""
+    """What is fitted to what: experiments, the muscle that the unknowns start from, noise by channel.
+
+    ``work`` counts what is simulated.
+    """
 
     experiments: tuple[Experiment, ...]
     parameters: Parameters
     unknowns: tuple[Unknown, ...]
     noise: Mapping[str, Noise]
+    work: Work = field(default_factory=Work, compare=False, repr=False)
 
     def with_noise(self, noise: Mapping[str, Noise]) -> 'Problem':
         """The same with other noise."""
@@ -66,7 +74,9 @@ class Problem:
         if ambient is not None:
             imposed = replace(experiment.imposed, ambient=np.full(experiment.imposed.time.size, ambient))
             experiment = replace(experiment, imposed=imposed)
-        return experiment.outputs(self.muscle(values, recording), values.get((START, recording)), _RESOLUTION)
+        muscle = self.muscle(values, recording)
+        self.work.add(_steps(muscle, experiment))
+        return experiment.outputs(muscle, values.get((START, recording)), _RESOLUTION)
 
     def predict(self, values: Values, recording: int) -> Shown:
         """What the model shows in one recording at the observed instants (SI)."""
@@ -155,6 +165,14 @@ class Problem:
             name: observed.value - predicted[name] - zeros.get(name, 0.0)
             for name, observed in self.experiments[recording].observed.items()
         }
+
+
+def _steps(muscle: Parameters, experiment: Experiment) -> float:
+    """About how many steps the model takes."""
+    steps = float(experiment.imposed.time.size)
+    if muscle.vector[INDEX['integrated']]:
+        steps += _RESOLUTION / SUBSTEP * experiment.duration * muscle.vector[INDEX['fastest_rate']]
+    return steps * (_ROUNDS if muscle.vector[INDEX['motion']] else 1.0)
 
 
 def _beyond_melting(outputs: Outputs) -> Array:

@@ -298,9 +298,9 @@ def select(
     signals: dict[str, float] = {}
     refitted: dict[str, float] = {}
     accepted: list[str] = []
-    contenders: dict[str, list[str]] = {}
+    contests: dict[str, tuple[float, list[Rival]]] = {}
     rejected: list[str] = []
-    while len(accepted) < most:
+    while len(accepted) < most and present.problem.work.left:
         pool = [e for e in effects if e not in accepted]
         ranked, seen = screen(present, pool, progress)
         if not first_ranked:
@@ -333,10 +333,10 @@ def select(
         if picked is None:
             break
         accepted.append(picked.effect)
-        least = bare - (1.0 - _CONTEST) * (bare - picked.score)
-        contenders[picked.effect] = [r.effect for r in rivals if r.score < least]
+        drop = bare - picked.score
+        contests[picked.effect] = drop, [r for r in rivals if bare - r.score > (1.0 - _CONTEST) * drop]
         present, found_structure = settle_noise(picked.fit, 1)
-    present, accepted, contests = _revise(present, accepted, effects, contenders, progress)
+    present, accepted, contests = _revise(present, accepted, effects, contests, progress)
     if accepted:
         present, found_structure = settle_noise(present, 1)
     present, accepted, standing, kept_back = _confirm(present, accepted, contests, calibrated)
@@ -419,22 +419,25 @@ def _revise(
     present: Fit,
     accepted: list[str],
     effects: Sequence[str],
-    contenders: Mapping[str, Collection[str]],
+    first: Mapping[str, tuple[float, list[Rival]]],
     progress: Callable[[], None] | None,
 ) -> tuple[Fit, list[str], dict[str, tuple[float, list[Rival]]]]:
     """Swap and prune: each effect must beat, in the company of the others, whatever could replace it.
 
-    ``contenders``: those that came close to it before.
+    ``first``: the contests in which they were accepted; who came close then is tried again.
     """
-    contests: dict[str, tuple[float, list[Rival]]] = {}
+    contests = dict(first)
     for _ in range(2 if len(present.problem.unknowns) <= _MANY else 1):
         changed = False
         for effect in list(accepted):
+            if not present.problem.work.left:
+                break
             bare = shrink(present, effect)
             pool = [e for e in effects if e == effect or e not in accepted]
             ranked, _signals = screen(bare, pool, progress)
             most = _REVISED if len(bare.problem.unknowns) <= _MANY else 1
-            found = rivals_for(bare, ranked, progress, most, contenders.get(effect, ()))
+            known = [r.effect for r in first[effect][1]] if effect in first else []
+            found = rivals_for(bare, ranked, progress, most, known)
             rivals = [r for r in found if r.effect != effect]
             rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)
             drop = penalised(bare) - min(r.score for r in rivals)

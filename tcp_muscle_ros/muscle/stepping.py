@@ -90,7 +90,7 @@ _FASTEST, _INTEGRATED, _MOTION = INDEX['fastest_rate'], INDEX['integrated'], IND
 _BEGIN, _POSITION, _COMMIT = INDEX['at_begin'], INDEX['at_position'], INDEX['at_commit']
 STATE_SIZE, N_INTEGRATED = layout.STATE_SIZE, layout.N_INTEGRATED
 # A substep resolves a tenth of the quickest time constant: the Runge-Kutta error is then below 1e-6 of a change.
-_SUBSTEP = 0.1
+SUBSTEP = 0.1
 _INSTANT = 1e-6  # s: over which velocity and force rate are taken
 
 _begin = hooks_at('begin')
@@ -301,7 +301,7 @@ def _advance(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, dt: 
             _show(x, u, p, on, q, work)
             _commit(q, p, on, x, work[0])
         return
-    substeps = max(1, ceil(dt * p[_FASTEST] / _SUBSTEP))
+    substeps = max(1, ceil(dt * p[_FASTEST] / SUBSTEP))
     for k in range(substeps):
         # What moves depends on its own motion, and is found anew.
         _runge_kutta(x, u, p, on, q, work, dt / substeps, known and k == 0 and p[_MOTION] == 0.0)
