@@ -32,7 +32,7 @@ from tcp_muscle_ros.diagnosis.calibration import left_over_noise
 from tcp_muscle_ros.diagnosis.candidates import Candidate, Screen
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
-from tcp_muscle_ros.diagnosis.selection import grow
+from tcp_muscle_ros.diagnosis.rivals import grow
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 from tcp_muscle_ros.report.protocol_file import physics_only
 from tcp_muscle_ros.report.report_json import IMPROVED

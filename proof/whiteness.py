@@ -11,7 +11,7 @@ from tcp_muscle_ros.diagnosis.calibration import quick_noise
 from tcp_muscle_ros.diagnosis.candidates import screen
 from tcp_muscle_ros.diagnosis.diagnose import skipped
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
-from tcp_muscle_ros.diagnosis.selection import grow
+from tcp_muscle_ros.diagnosis.rivals import grow
 from tcp_muscle_ros.muscle import EFFECTS
 
 LEVEL, LAGS = 0.01, 20

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.calibration import unit_of
+from tcp_muscle_ros.diagnosis.company import THRESHOLD
 from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment
 from tcp_muscle_ros.diagnosis.findings import (
     Change,
@@ -25,7 +26,8 @@ from tcp_muscle_ros.diagnosis.generic import drivers
 from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
 from tcp_muscle_ros.diagnosis.next_experiment import propose
 from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
-from tcp_muscle_ros.diagnosis.selection import ALIKE, AMBIGUOUS, THRESHOLD, Chosen, Selection
+from tcp_muscle_ros.diagnosis.rivals import ALIKE, AMBIGUOUS
+from tcp_muscle_ros.diagnosis.selection import Chosen, Selection
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters

@@ -8,9 +8,10 @@ from tcp_muscle_ros.diagnosis.calibration import calibrate
 from tcp_muscle_ros.diagnosis.candidates import screen, variants
 from tcp_muscle_ros.diagnosis.form import inflation
 from tcp_muscle_ros.diagnosis.holdout import confirmation
-from tcp_muscle_ros.diagnosis.selection import grow, rivals_for, settle_noise
+from tcp_muscle_ros.diagnosis.rivals import grow, rivals_for
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence
 from tcp_muscle_ros.diagnosis.unknowns import effect_unknowns
+from tcp_muscle_ros.diagnosis.weighing import settle_noise
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
 LOADS = np.select([np.mod(TIME, 70.0) < 20.0, np.mod(TIME, 70.0) < 45.0], [0.3, 1.2], 0.6)

@@ -1,0 +1,132 @@
+"""Company: what an effect is worth beside the others, whether something else could take its place, and what unseen data
+say of it then."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from tcp_muscle_ros.diagnosis.candidates import screen
+from tcp_muscle_ros.diagnosis.fitting import Fit
+from tcp_muscle_ros.diagnosis.generic import Structure
+from tcp_muscle_ros.diagnosis.holdout import Fold, Gain, conditions, confirmation, stretches
+from tcp_muscle_ros.diagnosis.rivals import Rival, penalised, prefer, rivals_for, shrink
+from tcp_muscle_ros.diagnosis.weighing import robust_noise, structures
+
+# 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
+THRESHOLD = 20.0
+_REVISED = 3  # rivals that an effect must hold against
+_MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
+_LEAST_OF_ALL = 0.05  # of what was missed: what remains beside a strong effect, whose form is not quite the muscle's
+# Of what is left without it, an effect takes most; while others are still to be found, less.
+OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
+_TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
+_REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
+
+Contest = tuple[float, list[Rival]]  # the drop of the misfit that the best of these rivals brings
+
+
+def share(before: dict[str, Structure], fitted: Fit, after: Fit) -> float:
+    """The largest share, over channels, of the misfit above noise that went.
+
+    The noise is that of the better model where it is the smaller: what a model lacks may look like noise to it.
+    """
+    shares = []
+    left = structures(after)
+    for name, s in before.items():
+        a = fitted.mean_square[name]
+        b = after.mean_square[name]
+        gap = a - min(s.noise.sigma, left[name].noise.sigma) ** 2
+        if (s.significant or a - b > _REAL * a) and gap > 0.0:
+            shares.append((a - b) / gap)
+    return max(shares, default=0.0)
+
+
+def good_company(calibrated: Fit, without: Fit, fitted: Fit, rest: float) -> bool:
+    """Whether an effect beside a stronger one is more than what the stronger one's form leaves.
+
+    It takes a real share of all that was missed, and a share ``rest`` of what is left: what a form leaves, several
+    effects explain a little, and none of them all.
+    """
+    of_all = _largest_share(calibrated, without, fitted)
+    return of_all >= _LEAST_OF_ALL and _largest_share(without, without, fitted, robust=False) >= rest
+
+
+def _largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
+    """The largest share, over channels, of what one model misses, that an effect takes away from another.
+
+    Channels count in which it takes away something beside the noise; ``robust`` counts what it leaves as noise.
+    """
+    shares = []
+    found = structures(fitted)
+    noises = robust_noise(fitted, found) if robust else {name: s.noise for name, s in found.items()}
+    for name, noise in noises.items():
+        missed = missing.mean_square[name] - noise.sigma**2
+        drop = without.mean_square[name] - fitted.mean_square[name]
+        if missed > 0.0 and drop > _TRIFLE * noise.sigma**2:
+            shares.append(drop / missed)
+    return max(shares, default=0.0)
+
+
+def revise(
+    present: Fit,
+    accepted: list[str],
+    effects: Sequence[str],
+    first: Mapping[str, Contest],
+    progress: Callable[[], None] | None,
+) -> tuple[Fit, list[str], dict[str, Contest]]:
+    """Swap and prune: each effect must beat, in the company of the others, whatever could replace it.
+
+    ``first``: the contests in which they were accepted; who came close then is tried again.
+    """
+    contests = dict(first)
+    for _ in range(2 if len(present.problem.unknowns) <= _MANY else 1):
+        changed = False
+        for effect in list(accepted):
+            if not present.problem.work.left:
+                break
+            bare = shrink(present, effect)
+            pool = [e for e in effects if e == effect or e not in accepted]
+            ranked, _signals = screen(bare, pool, progress)
+            most = _REVISED if len(bare.problem.unknowns) <= _MANY else 1
+            known = [r.effect for r in first[effect][1]] if effect in first else []
+            found = rivals_for(bare, ranked, progress, most, known)
+            rivals = [r for r in found if r.effect != effect]
+            rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)
+            drop = penalised(bare) - min(r.score for r in rivals)
+            if drop < THRESHOLD:
+                present, changed = bare, True
+                accepted.remove(effect)
+                contests.pop(effect, None)
+                continue
+            pick = prefer(rivals, penalised(bare))
+            if pick.effect != effect:
+                present, changed = pick.fit, True
+                accepted[accepted.index(effect)] = pick.effect
+                contests.pop(effect, None)
+            contests[pick.effect] = (drop, rivals)
+        if not changed or len(accepted) < 2:
+            break
+    return present, accepted, contests
+
+
+def confirm(
+    present: Fit, accepted: list[str], contests: dict[str, Contest], calibrated: Fit
+) -> tuple[Fit, list[str], dict[str, tuple[Gain, float]], tuple[Fold, ...]]:
+    """Each effect once more on unseen data, in the company of the others: without it they must be predicted worse.
+
+    Returns what was kept back too: other conditions if they could speak for every effect, else stretches.
+    """
+    standing: dict[str, tuple[Gain, float]] = {}
+    kept_back = conditions(present.problem) or stretches(present.problem)
+    strongest = max(accepted, key=lambda e: contests[e][0], default='')
+    for effect in sorted(accepted, key=lambda e: contests[e][0]):
+        bare = shrink(present, effect)
+        gain, looked_at = confirmation(bare, present)
+        if gain.holds and (effect == strongest or good_company(calibrated, bare, present, OF_REST)):
+            standing[effect] = gain, _largest_share(calibrated, bare, present)
+            if looked_at[0].whole is None:
+                kept_back = stretches(present.problem)
+        else:
+            present = bare
+            accepted = [e for e in accepted if e != effect]
+    if any('.' in u.name and u.recording is not None for u in present.problem.unknowns):
+        kept_back = stretches(present.problem)
+    return present, accepted, standing, kept_back

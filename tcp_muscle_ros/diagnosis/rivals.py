@@ -1,0 +1,153 @@
+"""Rivals: models that compete for the place of one effect, each refitted in full, and which of them is named."""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.candidates import PER_PARAMETER, Candidate, with_effect, without_effect
+from tcp_muscle_ros.diagnosis.fitting import Fit, fit, slopes
+from tcp_muscle_ros.diagnosis.weighing import robust_noise, structures, with_noise
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
+
+SHORTLIST = 6
+# Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.
+AMBIGUOUS = 6.0
+# No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
+# nothing, however many samples there are.
+ALIKE = 0.02
+CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
+_FAR = 2.5  # times its usual strength: farther off is hardly ever a sensor that works
+_PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
+_BEATEN = 0.003  # of the best rival's drop: a model that misses so much more is beaten
+_HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A model that competes for the place of one effect: the fit, and its objective."""
+
+    effect: str
+    fit: Fit
+    score: float
+
+
+def margin(drop: float) -> float:
+    """The difference of scores below which two models are not told apart, given what both explain."""
+    return max(AMBIGUOUS, ALIKE * drop)
+
+
+def close_rivals(rivals: Sequence[Rival], drop: float) -> list[Rival]:
+    """Those that are not told from the best."""
+    best = min(r.score for r in rivals)
+    return [r for r in rivals if r.score - best < margin(drop)]
+
+
+def penalised(fitted: Fit) -> float:
+    """The objective with a price on parameters of effects, so that a flexible rival does not win by flexibility."""
+    count = sum('.' in u.name for u in fitted.problem.unknowns)
+    return fitted.objective + PER_PARAMETER * count
+
+
+def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit:
+    """Refit with one more effect, for so many rounds."""
+    own = fitted.z.size
+    tried = []
+    for start in candidate.starts():
+        problem = with_effect(fitted.problem, start)
+        z = np.concatenate([fitted.z, problem.start()[own:]])
+        shown = problem.predictions(z)
+        tried.append((float(sum(part @ part for part in problem.residuals(shown))), problem, z, shown))
+    _, problem, z, shown = min(tried, key=lambda t: t[0])
+    added = slopes(problem, z, shown, range(own, len(problem.unknowns)))
+    known = [
+        {name: np.hstack([columns, more[name]]) for name, columns in mine.items()}
+        for mine, more in zip(fitted.slopes, added, strict=True)
+    ]
+    return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=False)
+
+
+def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
+    """Refit without one of the effects."""
+    problem = without_effect(fitted.problem, effect)
+    kept = [k for k, u in enumerate(fitted.problem.unknowns) if u in problem.unknowns]
+    known = fitted.rough_slopes
+    if known is not None:
+        known = [{name: columns[:, kept] for name, columns in mine.items()} for mine in known]
+    return fit(problem, fitted.z[kept], rounds=rounds, tolerance=1e-5, known=known)
+
+
+def rivals_for(
+    base: Fit,
+    ranked: Sequence[Candidate],
+    progress: Callable[[], None] | None,
+    most: int = SHORTLIST,
+    also: Collection[str] = (),
+) -> list[Rival]:
+    """Refit the most promising candidates on top of a fit, and those of ``also``, best first; those that soon lag
+    behind not to the end."""
+    promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
+    promising += [c for c in ranked if c.effect in also and c not in promising]
+    found = []
+    for candidate in promising:
+        if progress:
+            progress()
+        grown = grow(base, candidate, rounds=_HEAT)
+        found.append(Rival(candidate.effect, grown, penalised(grown)))
+    bare = penalised(base)
+    least = bare - _LAGGING * max((bare - r.score for r in found), default=0.0)
+    for k, rival in enumerate(found):
+        if rival.score <= least:
+            if progress:
+                progress()
+            begun = rival.fit
+            fitted = fit(begun.problem, begun.z, rounds=40, tolerance=1e-5, known=begun.rough_slopes)
+            found[k] = Rival(rival.effect, fitted, penalised(fitted))
+    return sorted(found, key=lambda r: r.score)
+
+
+def rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
+    """The close rivals, and the score without any, under the noise that the best of them leaves.
+
+    Under the noise of the poorer model, into which its misfit counts, good models look alike.
+    """
+    drop = penalised(bare) - rivals[0].score
+    noise = robust_noise(rivals[0].fit, structures(rivals[0].fit))
+    refitted = []
+    for rival in rivals:
+        if rival.score - rivals[0].score < CONTEST * drop:
+            again = with_noise(rival.fit, noise)
+            refitted.append(Rival(rival.effect, again, penalised(again)))
+    alone = with_noise(bare, noise)
+    return penalised(alone), sorted(refitted, key=lambda r: r.score)
+
+
+def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
+    """The best model; among those that it does not beat, the simplest.
+
+    That is one that holds for all recordings alike, then a sensor (unless it is off as hardly any ever is) before
+    physics, then the fewest parameters. In one
+    stage, where form decides, a form with more parameters follows another's by what it may bend: it must be more than
+    alike to win. ``bare`` is the score without any of them.
+    """
+    best = min(r.score for r in rivals)
+    close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
+
+    def order(rival: Rival) -> tuple[bool, int, int, float]:
+        effect = EFFECTS[rival.effect]
+        own = any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
+        rank = 1 if effect.stage != 'sensor' else 2 if _far(rival) else 0
+        return own, rank, len(effect.fitted), rival.score
+
+    first = min(close, key=order)
+    stage = EFFECTS[first.effect].stage
+    alike = [r for r in close_rivals(rivals, bare - best) if EFFECTS[r.effect].stage == stage]
+    return min([first, *alike], key=order)
+
+
+def _far(rival: Rival) -> bool:
+    """Whether an effect is much stronger than it usually is."""
+    definition = EFFECTS[rival.effect]
+    key = f'{rival.effect}.{definition.strength}'
+    usual = abs(SPECIFICATIONS[key].value - definition.none)
+    return abs(rival.fit.muscle[key] - definition.none) > _FAR * usual

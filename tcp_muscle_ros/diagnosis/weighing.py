@@ -1,0 +1,58 @@
+"""What a channel weighs: the noise that a fit leaves, with what it misses, and the same fit under another noise."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.calibration import quick_noise
+from tcp_muscle_ros.diagnosis.fitting import Fit, fit
+from tcp_muscle_ros.diagnosis.generic import Structure, drivers, structure
+from tcp_muscle_ros.diagnosis.noise import Noise
+from tcp_muscle_ros.diagnosis.replicates import pure_error
+
+
+@lru_cache(maxsize=8)
+def structures(fitted: Fit) -> dict[str, Structure]:
+    """The generic model of what a fit leaves, by channel."""
+    problem = fitted.problem
+    values = fitted.values
+    outputs = [problem.outputs(values, k) for k in range(len(problem.experiments))]
+    left = fitted.left
+    floor = quick_noise(problem.experiments)
+    found = {}
+    for name in sorted({n for e in problem.experiments for n in e.observed}):
+        owners = [k for k, e in enumerate(problem.experiments) if name in e.observed]
+        times = [problem.experiments[k].observed[name].time for k in owners]
+        drive = [drivers(problem.experiments[k], outputs[k], t) for k, t in zip(owners, times, strict=True)]
+        mine = [left[k][name] for k in owners]
+        averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
+        repeated = pure_error(problem.experiments, mine, name)
+        found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged)
+    return found
+
+
+def robust_noise(fitted: Fit, found: dict[str, Structure]) -> dict[str, Noise]:
+    """The noise by channel, with what its colour does not cover added to its size, and what the fit misses too.
+
+    A channel that a model cannot follow must not pull the others along: the temperature would be bent until the stroke
+    fits. Its weight returns as effects are accepted.
+    """
+    return {
+        name: Noise(max(s.noise.sigma * float(np.sqrt(s.inflation)), fitted.mean_square[name] ** 0.5), s.noise.phi)
+        for name, s in found.items()
+    }
+
+
+def with_noise(fitted: Fit, noise: dict[str, Noise]) -> Fit:
+    """The same fit under another noise."""
+    problem = fitted.problem.with_noise(noise)
+    return fit(problem, fitted.z, rounds=20, tolerance=1e-5, known=fitted.rough_slopes)
+
+
+def settle_noise(fitted: Fit, rounds: int = 2) -> tuple[Fit, dict[str, Structure]]:
+    """Refit with the noise that the generic model leaves, until both agree."""
+    found = structures(fitted)
+    for _ in range(rounds):
+        fitted = with_noise(fitted, robust_noise(fitted, found))
+        found = structures(fitted)
+    return fitted, found
