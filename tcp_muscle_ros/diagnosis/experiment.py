@@ -388,13 +388,14 @@ def _edges(channel: Channel | float, samples: int) -> Array:
 
 
 def _steps(load: Channel | float, channel: Channel) -> Array:
-    """When a weight was changed, while this channel was recorded; a load that changes all the time has no steps, or
-    only its largest."""
+    """When a weight was changed, while this channel was recorded; in a load that changes all the time, when it changed
+    far more than it usually does."""
     if not isinstance(load, Channel):
         return np.empty(0)
     size = np.abs(np.diff(load.value))
     most = float(channel.time[-1] - channel.time[0]) / _STEPS_APART if channel.time.size else 0.0
-    for least in (0.0, _JUMP * float(np.ptp(load.value))):
+    unusual = max(_JUMP * float(np.ptp(load.value)), _BEYOND_NOISE * float(np.median(size))) if size.size else 0.0
+    for least in (0.0, unusual):
         steps = load.time[1:][size > least]
         if steps.size <= most:
             return np.asarray(steps)

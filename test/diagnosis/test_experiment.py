@@ -128,3 +128,39 @@ def test_a_load_message_that_came_late_is_put_right_by_the_force():
     channels['force'] = Channel('force', time, noisy, 'force')
     imposed = prepare(Recording('bag', channels, 0, known), NOMINAL).imposed
     assert imposed.load[np.searchsorted(imposed.time, [8.85, 9.25, 9.45])] == pytest.approx([1.0, 1.0, 0.5])
+
+
+def test_a_measured_force_is_the_load_without_its_noise():
+    """A load cell's noise is no change of the load, after which the muscle would have to be seen sample by sample."""
+    rng = np.random.default_rng(2)
+    load = np.where(TIME < 70.0, 0.3, 0.9)
+    noisy = load + 1e-3 * rng.standard_normal(TIME.size)
+    made = recording(
+        {'end': 'load'}, current=(TIME, CURRENT), force=(TIME, noisy), displacement=(TIME, 1e-3 * CURRENT - 0.02 * load)
+    )
+    experiment = prepare(made, NOMINAL, most=300)
+    levels = np.unique(experiment.imposed.load)
+    assert levels == pytest.approx([0.3, 0.9], abs=2e-4)
+    assert experiment.observed['displacement'].time.size < 400
+
+
+def test_a_load_told_at_every_tick_has_the_steps_it_takes():
+    rng = np.random.default_rng(3)
+    load = np.where(TIME < 70.0, 0.3, 0.9)
+    made = recording(
+        {'end': 'load', 'load_n': 0.3},
+        current=(TIME, CURRENT),
+        load=(TIME, load),
+        force=(TIME, load + 1e-3 * rng.standard_normal(TIME.size)),
+        displacement=(TIME, 1e-3 * CURRENT - 0.02 * load),
+    )
+    experiment = prepare(made, NOMINAL, most=300)
+    assert set(np.unique(experiment.imposed.load)) == {0.3, 0.9}
+    assert experiment.observed['displacement'].time.size < 400
+
+
+def test_a_load_that_changes_all_the_time_is_averaged_with_the_rest():
+    load = 0.6 + 0.3 * np.sin(2.0 * np.pi * TIME / 30.0)
+    made = recording(current=(TIME, CURRENT), load=(TIME, load), displacement=(TIME, 1e-3 * CURRENT - 0.02 * load))
+    experiment = prepare(made, NOMINAL, most=300)
+    assert experiment.observed['displacement'].time.size < 400

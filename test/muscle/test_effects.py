@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 
 from tcp_muscle_ros.muscle import EFFECTS, Muscle, Outputs, Parameters, simulate
 from tcp_muscle_ros.muscle.layout import STATES
+from tcp_muscle_ros.muscle.points import HEATING_POINTS
 
 NOMINAL = Parameters.named('karami_tadesse_2017')
 LOADS = (0.2942, 0.5884, 0.9807)
@@ -701,3 +702,31 @@ def test_the_loop_has_its_direction(name, top, persists):
     assert np.all(sign * fast[1:] > 0.0) and np.all(sign * slow[1:] > 0.0), (fast, slow)
     share = slow[1] / fast[1]
     assert share > 0.85 if persists else share < 0.85, (fast, slow)
+
+
+@pytest.mark.parametrize('name', [n for n, e in EFFECTS.items() if HEATING_POINTS.isdisjoint(e.hooks) and not e.motion])
+@pytest.mark.parametrize('kind', ['current', 'power'])
+def test_what_leaves_the_heat_alone_leaves_its_exact_solution(name, kind):
+    """Mechanics and sensors do not cost the temperature its independence of the step."""
+    t = np.arange(0.0, 140.0, 3.5)
+    drive = np.where(np.mod(t, 70.0) < 25.0, 0.25 if kind == 'current' else 1.0, 0.0)
+    paper = simulate(Parameters({}), t, drive, kind=kind, load=0.6)
+    assert np.array_equal(
+        simulate(Parameters({}).with_effects(name), t, drive, kind=kind, load=0.6).fibre_temperature,
+        paper.fibre_temperature,
+    )
+
+
+def test_fatigue_counts_the_cycles_before():
+    """A muscle that has gone through n cycles goes on as one that is given n0 = n."""
+    t = np.arange(0.0, 420.0, 0.1)
+    drive = np.where(np.mod(t, 70.0) < 25.0, 0.27, 0.0)
+    whole = simulate(Parameters({'fatigue.c': 0.02}).with_effects('fatigue'), t, drive, load=0.6)
+    half = t.size // 2
+    travel = float(np.sum(np.abs(np.diff(whole.fibre_temperature[: half + 1])))) / 100.0
+    worn = Parameters({'fatigue.c': 0.02, 'fatigue.n0': travel}).with_effects('fatigue')
+    start = float(whole.fibre_temperature[half])
+    after = simulate(worn, t[half:] - t[half], drive[half:], load=0.6, temperature=start)
+    swing = np.ptp(after.displacement)
+    assert np.ptp(whole.displacement[half:]) == pytest.approx(swing, rel=1e-4)
+    assert swing < 0.97 * np.ptp(whole.displacement[:700])

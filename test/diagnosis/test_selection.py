@@ -1,0 +1,132 @@
+"""What selects: who has a say among unseen data, which rival is named, how far a search goes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.made import NOMINAL, TIME, TRUE, experiment
+
+from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, variants, with_effect
+from tcp_muscle_ros.diagnosis.company import good_company
+from tcp_muscle_ros.diagnosis.fitting import fit
+from tcp_muscle_ros.diagnosis.holdout import HeldOut, conditions, improvement
+from tcp_muscle_ros.diagnosis.rivals import Rival, prefer, rivals_for
+from tcp_muscle_ros.diagnosis.selection import select
+from tcp_muscle_ros.diagnosis.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.work import Work
+
+CHANNELS = ('temperature', 'resistance', 'displacement')
+
+
+@pytest.fixture(scope='module')
+def softened():
+    """A calibrated fit of recordings of a muscle whose stroke grows with its load, three loads."""
+    muscle = TRUE.with_effects('load_stroke')
+    runs = [experiment(CHANNELS, 0.27, load, k, muscle=muscle) for k, load in enumerate((0.3, 0.588, 0.98))]
+    return settle_noise(calibrate(runs, NOMINAL).fit)[0]
+
+
+def held_back(*folds):
+    """Of each fold: whitened residuals on what was kept back, and on what was fitted."""
+    kept, fitted = ([np.array(f[k], dtype=float) for f in folds] for k in (0, 1))
+    return HeldOut(tuple(kept), tuple(fitted), tuple(f**2 for f in kept), {}, {})
+
+
+ONES, NONE = np.ones(200), np.zeros(200)
+
+
+def test_a_recording_that_alone_shows_an_effect_has_no_say():
+    """The first was predicted worse by far, but from the others nothing could be learnt of it."""
+    before = held_back((ONES, ONES), (2.0 * ONES, ONES), (2.0 * ONES, ONES))
+    after = held_back((30.0 * ONES, 1.001 * ONES), (NONE, 3.0 * ONES), (NONE, 3.0 * ONES))
+    assert not improvement(before, after).holds
+    gain = improvement(before, after, reach=40.0)
+    # Beside the largest difference, though it has no say, the others are small; they are heard where they are not.
+    assert gain.say == 0
+    after = held_back((9.0 * ONES, 1.001 * ONES), (NONE, 3.0 * ONES), (NONE, 3.0 * ONES))
+    gain = improvement(before, after, reach=40.0)
+    assert gain.say == 2
+    assert gain.holds
+
+
+def test_where_models_hardly_differ_nothing_is_said():
+    """A recording in which an effect does next to nothing may be a little worse for it."""
+    before = held_back((3.0 * ONES, ONES), (ONES, ONES))
+    after = held_back((NONE, 3.0 * ONES), (1.02 * ONES, 3.0 * ONES))
+    assert improvement(before, after).say == 1
+    assert improvement(before, after).holds
+
+
+def test_a_recording_left_out_refutes_what_the_others_taught():
+    before = held_back((ONES, ONES), (ONES, ONES), (ONES, ONES))
+    after = held_back((2.0 * ONES, NONE), (2.0 * ONES, NONE), (NONE, NONE))
+    gain = improvement(before, after, reach=40.0)
+    assert gain.say == 3
+    assert not gain.holds
+
+
+def as_rival(fitted, effect, score, **values):
+    problem = with_effect(fitted.problem, Candidate(effect, {f'{effect}.{k}': v for k, v in values.items()}, 0.0, 0.0))
+    z = np.concatenate([fitted.z, problem.start()[fitted.z.size :]])
+    return Rival(effect, fit(problem, z, rounds=1), score)
+
+
+def test_a_sensor_goes_before_physics_unless_it_is_off_as_none_is(softened):
+    physics = as_rival(softened, 'shear_softening', 1000.0, b=0.4)
+    usual, far = (as_rival(softened, 'temperature_offset', 1100.0, o=o) for o in (0.8, 17.0))
+    assert prefer([physics, usual], 100_000.0).effect == 'temperature_offset'
+    assert prefer([physics, far], 100_000.0).effect == 'shear_softening'
+
+
+def test_of_two_forms_that_are_alike_the_simpler_is_named(softened):
+    flexible = as_rival(softened, 'latent_heat', 1000.0, c=0.02)
+    alike, unlike = (as_rival(softened, 'heat_capacity', score, c=0.001) for score in (1150.0, 1300.0))
+    assert prefer([flexible, alike], 11_000.0).effect == 'heat_capacity'
+    assert prefer([flexible, unlike], 11_000.0).effect == 'latent_heat'
+
+
+def test_what_has_to_be_crossed_is_tried_where_the_muscle_has_been():
+    spans = {'length': (0.12, 0.16), 'fibre_temperature': (296.0, 340.0)}
+    contacts = {values['coil_contact.Hc'] for values in variants('coil_contact', 210.0, spans)}
+    assert sum(0.12 < contact < 0.16 for contact in contacts) >= 4
+    kinks = {values['cte_kink.Tg'] for values in variants('cte_kink', 210.0, spans)}
+    assert max(kinks) - min(kinks) > 0.6 * 44.0
+
+
+def test_a_companion_takes_most_of_what_is_left(softened):
+    ranked, _ = screen(softened, ['load_stroke', 'friction', 'creep'])
+    named = rivals_for(softened, ranked, None)[0]
+    assert named.effect == 'load_stroke'
+    assert good_company(softened, softened, named.fit, 0.65)
+    ranked, _ = screen(named.fit, ['friction', 'creep'])
+    for rival in rivals_for(named.fit, ranked, None):
+        assert not good_company(softened, named.fit, rival.fit, 0.65)
+
+
+def test_fatigue_goes_on_from_one_recording_to_the_next():
+    """Each recording is 3 cycles; begun anew, the later ones would lose stroke as the first does."""
+    runs = []
+    for k, current in enumerate((0.27, 0.27, 0.24)):
+        muscle = TRUE.replace({'fatigue.c': 0.03, 'fatigue.n0': 2.6 * k}).with_effects('fatigue')
+        runs.append(experiment(CHANNELS, current, 0.588, k, muscle=muscle))
+    fitted = in_turn(settle_noise(calibrate(runs, NOMINAL).fit)[0])
+    cycles = [e.cycles for e in fitted.problem.experiments]
+    assert cycles[0] == 0.0
+    assert 2.0 < cycles[1] < 4.0
+    assert cycles[2] == pytest.approx(2.0 * cycles[1], rel=0.05)
+    ranked, _ = screen(fitted, ['fatigue', 'creep', 'viscous_flow', 'friction'])
+    assert ranked[0].effect == 'fatigue'
+    best = rivals_for(fitted, ranked, None)[0]
+    assert best.effect == 'fatigue'
+    assert best.fit.muscle['fatigue.c'] == pytest.approx(0.03, rel=0.25)
+    assert conditions(fitted.problem)
+
+
+def test_a_search_that_has_spent_its_budget_ends_with_what_it_has(softened):
+    spent = replace(softened, problem=replace(softened.problem, work=Work(0.0)))
+    assert select(spent, ['load_stroke', 'friction']).chosen == ()
+    assert not spent.problem.work.left
+    found = select(replace(softened, problem=replace(softened.problem, work=Work())), ['load_stroke', 'friction'])
+    assert [c.effect for c in found.chosen] == ['load_stroke']
+    assert found.final.problem.work.steps > TIME.size * 3 * 20
