@@ -5,7 +5,9 @@ not shown. Two experiments on it are recorded, `tcp_muscle diagnose` reads the b
 second sim_node loads the improved.yaml that comes out. Both then do a third experiment, at another load and other
 currents, which the diagnosis has not seen: the table compares them. Last of all it is told what was concealed.
 
-Nodes, recorder and commander are real ones; sim_node's clock runs faster than the wall's (--speed).
+Nodes, recorder and commander are real ones. The commander keeps the clock: it publishes the next tick's /clock when
+sim_node has spoken of the last, so that both runs of the third experiment are commanded at the same ticks, and as fast
+as the machine can.
 """
 
 import argparse
@@ -37,6 +39,7 @@ NOMINAL = Parameters.named('karami_tadesse_2017')
 RATE = 10.0  # Hz
 NOISE = {'temperature_noise_k': 0.1, 'resistance_noise_ohm': 5e-3, 'displacement_noise_m': 3e-5}
 # The watchdog is on the wall's clock, of which a busy machine may lose a second.
+HEARD = 0.02  # s of the wall: a command has reached sim_node
 OPERATING = {'load_n': 0.060 * 9.80665, 'rate_hz': RATE, 'current_limit_a': 0.3, 'command_timeout_s': 3.0}
 MOVED = ('hA', 'C', 'R0', 'a_R', 'k0', 'B')  # parameters that a specimen has for itself, by up to
 SPREAD = 0.12
@@ -88,40 +91,44 @@ def specimen(seed: int) -> Parameters:
 
 
 class Bench:
-    """sim_node with a parameter file, at ``speed`` times real time; ``perform`` does an experiment and records it."""
+    """sim_node with a parameter file, on a clock of ours; ``perform`` does an experiment and records it."""
 
-    def __init__(self, parameters: Path, speed: float) -> None:
+    def __init__(self, parameters: Path) -> None:
         import rclpy
         from rclpy.node import Node
         from rclpy.qos import QoSProfile
         from rclpy.signals import SignalHandlerOptions
+        from rosgraph_msgs.msg import Clock
         from sensor_msgs.msg import Temperature
         from std_msgs.msg import Float64
 
-        self._number, self._rclpy = Float64, rclpy
+        self._number, self._time, self._rclpy = Float64, Clock, rclpy
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         self._node = Node('commander', enable_rosout=False)
         self._current = self._node.create_publisher(Float64, 'current_command', QoSProfile(depth=1))
         self._load = self._node.create_publisher(Float64, 'load', QoSProfile(depth=1))
-        self._node.create_subscription(Temperature, 'temperature', self._tick, QoSProfile(depth=100))
-        self._now = 0.0  # s, the muscle's clock
-        self._steps: list[tuple[float, Step]] = []  # what is done until when
-        self._mass: float | None = None
-        ros = ['--ros-args', '--params-file', str(parameters), '-p', f'real_time_factor:={speed}']
+        self._clock = self._node.create_publisher(Clock, '/clock', QoSProfile(depth=1))
+        self._node.create_subscription(Temperature, 'temperature', self._heard, QoSProfile(depth=100))
+        self._ticks = self._spoken = 0  # of /clock, and the last of which sim_node has spoken
+        ros = ['--ros-args', '--params-file', str(parameters), '-p', 'use_sim_time:=true']
         self._sim = Process(['-m', 'tcp_muscle_ros.nodes.sim_node', *ros])
-        self._wait('sim_node', lambda: self._now > 0.0 and self._current.get_subscription_count() > 0)
+        self._wait('sim_node', lambda: self._clock.get_subscription_count() > 0)
+        self._wait('its first tick', self._first)
 
     def perform(self, steps: Sequence[Step], bag: Path) -> None:
         """Put the muscle back to rest, do the steps, and record them to a bag."""
         self._reset()
         recorder = Process(['-m', 'tcp_muscle_ros.tool', 'record', '--output', str(bag)])
         try:
-            self._wait('the recorder', lambda: any('/temperature' in line for line in recorder.said), recorder)
+            self._wait('the recorder', lambda: self._idled() and self._met(recorder), recorder)
             self._wait('who listens', lambda: self._listeners() >= 2, recorder)
-            begun, self._mass = self._now, None
-            ends = begun + np.cumsum([step.seconds for step in steps])
-            self._steps = list(zip(ends.tolist(), steps, strict=True))
-            self._wait('the end of the experiment', lambda: not self._steps, recorder)
+            for step in steps:
+                self._load.publish(self._number(data=step.mass * 9.80665))
+                self._command(step.current)
+                time.sleep(HEARD)
+                for _ in range(round(step.seconds * RATE)):
+                    self._tick()
+                    self._command(step.current)
         finally:
             recorder.end()
 
@@ -131,17 +138,39 @@ class Bench:
         self._node.destroy_node()
         self._rclpy.try_shutdown()
 
-    def _tick(self, message: object) -> None:
+    def _heard(self, message: object) -> None:
         stamp = message.header.stamp  # type: ignore[attr-defined]
-        self._now = stamp.sec + 1e-9 * stamp.nanosec
-        while self._steps and self._now >= self._steps[0][0]:
-            self._steps.pop(0)
-        if self._steps:
-            step = self._steps[0][1]
-            self._current.publish(self._number(data=step.current))
-            if step.mass != self._mass:
-                self._mass = step.mass
-                self._load.publish(self._number(data=step.mass * 9.80665))
+        self._spoken = round((stamp.sec + 1e-9 * stamp.nanosec) * RATE)
+
+    def _met(self, recorder: 'Process') -> bool:
+        """Whether the recorder has met the muscle."""
+        return any('/temperature' in line for line in recorder.said)
+
+    def _idled(self) -> bool:
+        """Let time pass, for nobody speaks while it stands still; True."""
+        if self._spoken >= self._ticks:
+            self._say(self._ticks + 1)
+        return True
+
+    def _first(self) -> bool:
+        """Whether sim_node speaks: the first times may have been missed."""
+        self._say(self._ticks + 1)
+        return self._spoken > 0
+
+    def _tick(self) -> None:
+        """The next tick, until sim_node has spoken of it."""
+        self._say(self._ticks + 1)
+        self._wait('a tick', lambda: self._spoken >= self._ticks)
+
+    def _say(self, tick: int) -> None:
+        self._ticks = tick
+        message = self._time()
+        message.clock.sec, tenths = divmod(tick, round(RATE))
+        message.clock.nanosec = round(tenths / RATE * 1e9)
+        self._clock.publish(message)
+
+    def _command(self, current: float) -> None:
+        self._current.publish(self._number(data=current))
 
     def _listeners(self) -> int:
         """Who hears both commands: the node, and the recorder."""
@@ -159,7 +188,7 @@ class Bench:
     def _wait(self, what: str, done: Callable[[], bool], *others: 'Process') -> None:
         begun = time.monotonic()
         while not done():
-            self._rclpy.spin_once(self._node, timeout_sec=0.02)
+            self._rclpy.spin_once(self._node, timeout_sec=0.05)
             for process in (self._sim, *others):
                 if not process.alive:
                     raise RuntimeError(f'a process ended: {"".join(process.said[-3:]).strip()}')
@@ -193,9 +222,9 @@ class Process:
             self._process.wait()
 
 
-def record_all(parameters: Path, what: dict[str, Sequence[Step]], folder: Path, speed: float) -> None:
+def record_all(parameters: Path, what: dict[str, Sequence[Step]], folder: Path) -> None:
     """Record experiments on the muscle of a parameter file, a bag each."""
-    bench = Bench(parameters, speed)
+    bench = Bench(parameters)
     try:
         for name, steps in what.items():
             print(f'recording {name}: {sum(s.seconds for s in steps):.0f} s of the muscle', flush=True)
@@ -295,7 +324,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--output', type=Path, default=Path('demo'), help='folder for whole_loop/, made anew')
     parser.add_argument('--seed', type=int, default=None, help='what is concealed (default: drawn, and not shown)')
-    parser.add_argument('--speed', type=float, default=20.0, help="sim_node's seconds in one of the wall's")
     args = parser.parse_args()
     folder: Path = args.output / 'whole_loop'
     begun = time.monotonic()
@@ -308,13 +336,13 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as hidden:
         concealed = Path(hidden) / 'muscle.yaml'
         write(concealed, truth, operating={**OPERATING, **NOISE})
-        record_all(concealed, {**EXPERIMENTS, 'unseen': UNSEEN}, folder, args.speed)
+        record_all(concealed, {**EXPERIMENTS, 'unseen': UNSEEN}, folder)
     report = folder / 'report'
     command = [sys.executable, '-m', 'tcp_muscle_ros.tool', 'diagnose', *(str(folder / name) for name in EXPERIMENTS)]
     print('\ntcp_muscle diagnose cycles loads --params nominal.yaml --output report', flush=True)
     subprocess.run([*command, '--params', str(nominal), '--output', str(report)], check=True)
     print(flush=True)
-    record_all(report / 'improved.yaml', {'unseen_improved': UNSEEN}, folder, args.speed)
+    record_all(report / 'improved.yaml', {'unseen_improved': UNSEEN}, folder)
     rows, recorded, curves = unseen_errors(folder, read(report / 'improved.yaml').parameters)
     draw(folder / 'whole_loop.png', recorded, curves)
     print(f'\n{table(["unseen experiment, RMSE", "nominal", "improved.yaml", "its sim_node", "noise"], rows)}\n')
