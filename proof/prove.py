@@ -123,11 +123,15 @@ class Proof:
                  scores=brief(result['methods'][DIAGNOSIS]))  # fmt: skip
 
     def _answered(self, *methods: str) -> int:
-        """How many of the first cases these methods have answered; a run that was stopped is scored on those."""
-        for k, case in enumerate(self.names):
-            if not all((self.reports / name / case / REPORT).is_file() for name in methods):
+        """How many of the first cases these methods have answered; a run that was stopped is scored on those.
+
+        A case without a report is among them, and a failure, where the run went on after it.
+        """
+        there = [all((self.reports / name / case / REPORT).is_file() for name in methods) for case in self.names]
+        for k, answered in enumerate(there):
+            if not answered and sum(there[k + 1 :]) < self.jobs:  # it was under way, or its turn had not come
                 return k
-        return len(self.names)
+        return len(there)
 
     def ambiguous(self) -> None:
         """Run the experiments that were proposed, and diagnose again."""

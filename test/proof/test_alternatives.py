@@ -84,3 +84,17 @@ def test_a_case_that_is_done_is_not_done_again(proven, capsys):
     assert after[0] > before[0]
     assert after[1:] == before[1:]
     assert (folder / 'cases' / 'SEAL').read_text() == seal
+
+
+def test_a_case_that_came_to_nothing_does_not_end_the_score(tmp_path):
+    """It is a failure where others were done after it; what was under way when the run was stopped is none."""
+    proof = prove.Proof('development', 6, 1, tmp_path, 2, 500)
+    for k in range(6):
+        (proof.bags / f'case_{k:04d}').mkdir(parents=True)
+    for k in (0, 1, 3, 4):
+        reports = proof.reports / 'diagnosis' / f'case_{k:04d}'
+        reports.mkdir(parents=True)
+        (reports / 'report.json').write_text('{}')
+    assert proof._answered('diagnosis') == 5
+    (proof.reports / 'diagnosis' / 'case_0004' / 'report.json').unlink()
+    assert proof._answered('diagnosis') == 2
