@@ -26,6 +26,7 @@ _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, 
 _RINGING = 1.5  # s after a step of the load
 _STEPS_APART = 2.0  # s, on average: steps of a load that are closer are none
 _BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
+_HOTTER = 20.0  # K: the fibre than its thermometer, at most
 _LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
 
 
@@ -97,6 +98,7 @@ class Experiment:
             spring_rest_length=holding.spring_rest_length,
             temperature=temperature,
             resolution=resolution,
+            hottest=self.hottest,
         )
 
     def predict(self, parameters: Parameters, temperature: float | None = None) -> dict[str, Array]:
@@ -109,6 +111,12 @@ class Experiment:
             name: np.interp(channel.time, outputs.time, getattr(outputs, name))
             for name, channel in self.observed.items()
         }
+
+    @cached_property
+    def hottest(self) -> float | None:
+        """K, that the muscle certainly did not exceed: a bead in its surface may show less than the fibre has."""
+        seen = self.observed.get('temperature')
+        return None if seen is None or not seen.value.size else float(seen.value.max()) + _HOTTER
 
     @property
     def duration(self) -> float:

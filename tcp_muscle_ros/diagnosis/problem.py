@@ -171,7 +171,9 @@ def _steps(muscle: Parameters, experiment: Experiment) -> float:
     """About how many steps the model takes."""
     steps = float(experiment.imposed.time.size)
     if muscle.vector[INDEX['integrated']]:
-        steps += _RESOLUTION / SUBSTEP * experiment.duration * muscle.vector[INDEX['fastest_rate']]
+        vector = muscle.vector.copy()
+        vector[INDEX['hottest']] = min(vector[INDEX['hottest']], experiment.hottest or np.inf)
+        steps += _RESOLUTION / SUBSTEP * experiment.duration * muscle.fastest_rate(vector)
     return steps * (_ROUNDS if muscle.vector[INDEX['motion']] else 1.0)
 
 

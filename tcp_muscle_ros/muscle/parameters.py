@@ -18,7 +18,7 @@ from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects import EFFECTS
 from tcp_muscle_ros.muscle.layout import COEFFICIENTS, VECTOR_SIZE
-from tcp_muscle_ros.muscle.mechanical import reference_modulus
+from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, reference_modulus
 from tcp_muscle_ros.muscle.parameter import Parameter
 from tcp_muscle_ros.muscle.points import HEATING_POINTS, POINTS
 from tcp_muscle_ros.muscle.table import DERIVED, INDEX, TABLE
@@ -148,7 +148,8 @@ class Parameters(Mapping[str, float]):
         for name in DERIVED:
             vector[_PLACES[name]] = self[name]
         vector[INDEX['modulus_at_T0']] = reference_modulus(vector)
-        vector[INDEX['fastest_rate']] = self._fastest_rate(vector)
+        vector[INDEX['hottest']] = DOMAIN_HIGH
+        vector[INDEX['fastest_rate']] = self.fastest_rate(vector)
         on = [EFFECTS[name] for name in self.effects]
         vector[INDEX['integrated']] = any(not HEATING_POINTS.isdisjoint(effect.hooks) or effect.motion for effect in on)
         for point in POINTS:
@@ -157,8 +158,9 @@ class Parameters(Mapping[str, float]):
         vector.setflags(write=False)
         return vector
 
-    def _fastest_rate(self, vector: Array) -> float:
-        """1/s: the quickest process that the step must resolve. The factor 4 leaves room for a hotter surface."""
+    def fastest_rate(self, vector: Array) -> float:
+        """1/s: the quickest process that the step must resolve, for this ``vector`` of these parameters. The factor 4
+        leaves room for a hotter surface."""
         rates = [4.0 * vector[INDEX['hA']] / vector[INDEX['C']]]
         rates += [EFFECTS[name].fastest_rate(vector[COEFFICIENTS[name]], vector) for name in self.effects]
         return float(max(rates))

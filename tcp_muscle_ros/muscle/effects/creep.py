@@ -12,16 +12,17 @@ from tcp_muscle_ros.muscle.compiled import inner
 from tcp_muscle_ros.muscle.effects.effect import Effect
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
 from tcp_muscle_ros.muscle.quantities import EXTRA, FORCE, STIFFNESS, TEMPERATURE
+from tcp_muscle_ros.muscle.table import INDEX
 
 _REFERENCE = ZERO_CELSIUS + 50.0
-_HOT = ZERO_CELSIUS + 120.0
+_HOTTEST = INDEX['hottest']
 _QUICKEST = 20.0  # 1/s
 
 
 @inner
-def _rate(c: Array, temperature: float) -> float:
+def _rate(c: Array, p: Array, temperature: float) -> float:
     """1/tau(T), 1/s; the shift factor is held beyond the model's domain, and what is quicker than 0.05 s is elastic."""
-    rate: float = min(exp(c[2] * (min(temperature, _HOT) - _REFERENCE)) / c[1], _QUICKEST)
+    rate: float = min(exp(c[2] * (min(temperature, p[_HOTTEST]) - _REFERENCE)) / c[1], _QUICKEST)
     return rate
 
 
@@ -32,7 +33,7 @@ def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """The delayed elongation follows its equilibrium."""
-    ds[0] = (c[0] * q[FORCE] / q[STIFFNESS] - s[0]) * _rate(c, q[TEMPERATURE])
+    ds[0] = (c[0] * q[FORCE] / q[STIFFNESS] - s[0]) * _rate(c, p, q[TEMPERATURE])
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
@@ -54,5 +55,5 @@ EFFECT = Effect(
     hooks={'extra': extra, 'rates': rates, 'initial': initial},
     strength='J',
     states=('delayed_elongation',),
-    fastest_rate=lambda c, p: float((1.0 + c[0]) * min(exp(c[2] * (_HOT - _REFERENCE)) / c[1], _QUICKEST)),
+    fastest_rate=lambda c, p: float((1.0 + c[0]) * min(exp(c[2] * (p[_HOTTEST] - _REFERENCE)) / c[1], _QUICKEST)),
 )
