@@ -124,7 +124,7 @@ def replayed(fitted: Fit, k: int) -> Replayed:
     if (AMBIENT, k) in values:
         room = np.full(experiment.imposed.time.size, values[AMBIENT, k])
         experiment = replace(experiment, imposed=replace(experiment.imposed, ambient=room))
-    return Replayed(experiment, fitted.problem.outputs(values, k), fitted.left[k])
+    return Replayed(experiment, fitted.outputs[k], fitted.left[k])
 
 
 def errors(runs: list[Replayed]) -> dict[str, float]:

@@ -39,11 +39,11 @@ NOMINAL = Parameters.named('karami_tadesse_2017')
 RATE = 10.0  # Hz
 NOISE = {'temperature_noise_k': 0.1, 'resistance_noise_ohm': 5e-3, 'displacement_noise_m': 3e-5}
 # The watchdog is on the wall's clock, of which a busy machine may lose a second.
-HEARD = 0.02  # s of the wall: a command has reached sim_node
 OPERATING = {'load_n': 0.060 * 9.80665, 'rate_hz': RATE, 'current_limit_a': 0.3, 'command_timeout_s': 3.0}
 MOVED = ('hA', 'C', 'R0', 'a_R', 'k0', 'B')  # parameters that a specimen has for itself, by up to
 SPREAD = 0.12
 PATIENCE = 120.0  # s, for a node to speak; the first start compiles the model
+HEARD = 0.02  # s of the wall: a command has reached sim_node
 PROBE = 0.012  # A: enough to read a resistance, too little to heat
 
 

@@ -98,10 +98,9 @@ def calibrate(
 def in_turn(fitted: Fit) -> Fit:
     """The same fit of recordings that know how many cycles the muscle went through in those before them."""
     experiments, cycles = [], 0.0
-    for k, experiment in enumerate(fitted.problem.experiments):
+    for experiment, outputs in zip(fitted.problem.experiments, fitted.outputs, strict=True):
         experiments.append(replace(experiment, cycles=cycles))
-        temperature = fitted.problem.outputs(fitted.values, k).fibre_temperature
-        cycles += float(np.sum(np.abs(np.diff(temperature)))) / (2.0 * SWING)
+        cycles += float(np.sum(np.abs(np.diff(outputs.fibre_temperature)))) / (2.0 * SWING)
     return replace(fitted, problem=replace(fitted.problem, experiments=tuple(experiments)))
 
 

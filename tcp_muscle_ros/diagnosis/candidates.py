@@ -160,10 +160,9 @@ class Screen:
         orthonormal, _ = np.linalg.qr(augmented)
         residual = np.concatenate([*fitted.residuals, (fitted.z - fitted.problem.start()) / scale])
         left = residual - orthonormal @ (orthonormal.T @ residual)
-        outputs = [fitted.problem.outputs(fitted.values, k) for k in range(len(fitted.problem.experiments))]
         spans = {}
         for name in {row.crossed for row in SPECIFICATIONS.values()} - {''}:
-            shown = np.concatenate([getattr(o, name) for o in outputs])
+            shown = np.concatenate([getattr(o, name) for o in fitted.outputs])
             spans[name] = float(shown.min()), float(shown.max())
         return cls(fitted, orthonormal, left, spans)
 

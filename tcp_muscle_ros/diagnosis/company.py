@@ -115,18 +115,16 @@ def confirm(
     Returns what was kept back too: other conditions if they could speak for every effect, else stretches.
     """
     standing: dict[str, tuple[Gain, float]] = {}
-    kept_back = conditions(present.problem) or stretches(present.problem)
+    other_conditions = bool(conditions(present.problem))
     strongest = max(accepted, key=lambda e: contests[e][0], default='')
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare = shrink(present, effect)
         gain, looked_at = confirmation(bare, present)
         if gain.holds and (effect == strongest or good_company(calibrated, bare, present, OF_REST)):
             standing[effect] = gain, _largest_share(calibrated, bare, present)
-            if looked_at[0].whole is None:
-                kept_back = stretches(present.problem)
+            other_conditions &= looked_at[0].whole is not None
         else:
             present = bare
             accepted = [e for e in accepted if e != effect]
-    if any('.' in u.name and u.recording is not None for u in present.problem.unknowns):
-        kept_back = stretches(present.problem)
+    kept_back = (conditions(present.problem) if other_conditions else ()) or stretches(present.problem)
     return present, accepted, standing, kept_back

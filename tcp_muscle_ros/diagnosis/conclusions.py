@@ -249,7 +249,7 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
     nominals = _nominal_predictions(final, nominal)
     rows = []
     for k, experiment in enumerate(final.problem.experiments):
-        outputs = final.problem.outputs(final.values, k)
+        outputs = final.outputs[k]
         first, last = calibrated.left[k], final.left[k]
         row = []
         for name, o in experiment.observed.items():

@@ -389,25 +389,22 @@ def _coarsened(channel: Channel | float, most: int | None, power: float) -> Chan
     return replace(channel, time=channel.time[begins], value=size * np.sign(np.bincount(label, channel.value)))
 
 
-def _edges(channel: Channel | float, samples: int) -> Array:
-    """The changes of an input that are edges: none where it changes at nearly every tick."""
-    changes = _changes(channel)
+def _edges(drive: Channel, samples: int) -> Array:
+    """The changes of the drive that are edges: none where it changes at nearly every tick."""
+    changes = _changes(drive)
     return changes if changes.size <= samples // 4 else np.empty(0)
 
 
 def _steps(load: Channel | float, channel: Channel) -> Array:
     """When a weight was changed, while this channel was recorded; in a load that changes all the time, when it changed
     far more than it usually does."""
-    if not isinstance(load, Channel):
-        return np.empty(0)
-    size = np.abs(np.diff(load.value))
+    steps = _changes(load)
     most = float(channel.time[-1] - channel.time[0]) / _STEPS_APART if channel.time.size else 0.0
-    unusual = max(_JUMP * float(np.ptp(load.value)), _BEYOND_NOISE * float(np.median(size))) if size.size else 0.0
-    for least in (0.0, unusual):
-        steps = load.time[1:][size > least]
-        if steps.size <= most:
-            return np.asarray(steps)
-    return np.empty(0)
+    if isinstance(load, Channel) and steps.size > most:
+        size = np.abs(np.diff(load.value))
+        unusual = max(_JUMP * float(np.ptp(load.value)), _BEYOND_NOISE * float(np.median(size)))
+        steps = load.time[1:][size > unusual]
+    return steps if steps.size <= most else np.empty(0)
 
 
 def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int | None, start: float) -> Observed:

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 
 from tcp_muscle_ros.diagnosis.form import clusters, inflation
 from tcp_muscle_ros.diagnosis.problem import Problem, Shown
-from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 _STEP = 1e-5
@@ -63,10 +63,15 @@ class Fit:
         """
         information = self.jacobian.T @ self.jacobian + np.diag(self.problem.spreads() ** -2.0)
         covariance = np.asarray(np.linalg.pinv(information, hermitian=True))
-        experiments, values = self.problem.experiments, self.values
-        labels = clusters(experiments, [self.problem.outputs(values, k) for k in range(len(experiments))])
+        labels = clusters(self.problem.experiments, self.outputs)
         wider = inflation(covariance, self.jacobian, np.concatenate(self.residuals), labels)
         return covariance * np.outer(wider, wider)
+
+    @cached_property
+    def outputs(self) -> tuple[Outputs, ...]:
+        """All that the model says of each recording at ``z``."""
+        values = self.values
+        return tuple(self.problem.outputs(values, k) for k in range(len(self.problem.experiments)))
 
     @cached_property
     def left(self) -> list[dict[str, Array]]:

@@ -34,7 +34,7 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
     smooth = found[channel].fitted
     seen: list[Drivers] = []
     for k in owners:
-        outputs = problem.outputs(fitted.values, k)
+        outputs = fitted.outputs[k]
         seen.append(drivers(problem.experiments[k], outputs, problem.experiments[k].observed[channel].time))
     misfit = np.concatenate(smooth)
     energy = misfit**2

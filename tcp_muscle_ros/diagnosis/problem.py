@@ -171,9 +171,7 @@ def _steps(muscle: Parameters, experiment: Experiment) -> float:
     """About how many steps the model takes."""
     steps = float(experiment.imposed.time.size)
     if muscle.vector[INDEX['integrated']]:
-        vector = muscle.vector.copy()
-        vector[INDEX['hottest']] = min(vector[INDEX['hottest']], experiment.hottest or np.inf)
-        steps += _RESOLUTION / SUBSTEP * experiment.duration * muscle.fastest_rate(vector)
+        steps += experiment.duration * muscle.followed(_RESOLUTION, experiment.hottest)[INDEX['fastest_rate']] / SUBSTEP
     return steps * (_ROUNDS if muscle.vector[INDEX['motion']] else 1.0)
 
 

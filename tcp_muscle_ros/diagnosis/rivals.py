@@ -126,9 +126,8 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     """The best model; among those that it does not beat, the simplest.
 
     That is one that holds for all recordings alike, then a sensor (unless it is off as hardly any ever is) before
-    physics, then the fewest parameters. In one
-    stage, where form decides, a form with more parameters follows another's by what it may bend: it must be more than
-    alike to win. ``bare`` is the score without any of them.
+    physics, then the fewest parameters. In one stage, where form decides, a form with more parameters follows another's
+    by what it may bend: it must be more than alike to win. ``bare`` is the score without any of them.
     """
     best = min(r.score for r in rivals)
     close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]

@@ -15,9 +15,7 @@ from tcp_muscle_ros.diagnosis.replicates import pure_error
 def structures(fitted: Fit) -> dict[str, Structure]:
     """The generic model of what a fit leaves, by channel."""
     problem = fitted.problem
-    values = fitted.values
-    outputs = [problem.outputs(values, k) for k in range(len(problem.experiments))]
-    left = fitted.left
+    outputs, left = fitted.outputs, fitted.left
     floor = quick_noise(problem.experiments)
     found = {}
     for name in sorted({n for e in problem.experiments for n in e.observed}):

@@ -27,27 +27,10 @@ _LONGEST = 1e-3  # s, of a substep
 
 @entry
 def _turn(
-    state: Array,
-    inertia: float,
-    damping: float,
-    radius: float,
-    torque: float,
-    low: float,
-    high: float,
-    x1: Array,
-    u1: Array,
-    p1: Array,
-    on1: Mask,
-    x2: Array,
-    u2: Array,
-    p2: Array,
-    on2: Mask,
-    mounted: Array,
-    q: Array,
-    work: Array,
-    dt: float,
-    substeps: int,
-) -> None:
+    state: Array, inertia: float, damping: float, radius: float, torque: float, low: float, high: float,
+    x1: Array, u1: Array, p1: Array, on1: Mask, x2: Array, u2: Array, p2: Array, on2: Mask,
+    mounted: Array, q: Array, work: Array, dt: float, substeps: int,
+) -> None:  # fmt: skip
     """Advance angle and velocity by ``dt``, and set both muscles' lengths; their temperatures stay what they are."""
     h = dt / max(substeps, 1)
     for _ in range(substeps):

@@ -13,7 +13,6 @@ from tcp_muscle_ros.muscle import stepping
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.electrical import CURRENT, KINDS, POWER, VOLTAGE
 from tcp_muscle_ros.muscle.parameters import Parameters
-from tcp_muscle_ros.muscle.table import INDEX
 
 ENDS = ('load', 'blocked', 'spring')
 _KIND = dict(zip(KINDS, (CURRENT, POWER, VOLTAGE), strict=True))
@@ -275,14 +274,8 @@ def simulate(
     )
     muscle._impose(float(drives.min()), kind, None, None)
     shown = stepping.blank_outputs(times.size)
-    p = muscle._p
-    if resolution != 1.0 or hottest is not None:
-        p = p.copy()
-        p[INDEX['hottest']] = min(p[INDEX['hottest']], np.inf if hottest is None else hottest)
-        p[INDEX['fastest_rate']] = resolution * parameters.fastest_rate(p)
-        p.setflags(write=False)  # numba compiles anew for an array that may be written
     stepping.run(
-        muscle.state, muscle.imposed, p, muscle._on, muscle._q, muscle._work,
+        muscle.state, muscle.imposed, parameters.followed(resolution, hottest), muscle._on, muscle._q, muscle._work,
         times, drives, loads, ambients, muscle._y, shown,
     )  # fmt: skip
     *values, in_domain, slack = shown

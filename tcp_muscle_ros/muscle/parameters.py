@@ -149,18 +149,30 @@ class Parameters(Mapping[str, float]):
             vector[_PLACES[name]] = self[name]
         vector[INDEX['modulus_at_T0']] = reference_modulus(vector)
         vector[INDEX['hottest']] = DOMAIN_HIGH
-        vector[INDEX['fastest_rate']] = self.fastest_rate(vector)
+        vector[INDEX['fastest_rate']] = self._fastest_rate(vector)
         on = [EFFECTS[name] for name in self.effects]
-        vector[INDEX['integrated']] = any(not HEATING_POINTS.isdisjoint(effect.hooks) or effect.motion for effect in on)
+        vector[INDEX['integrated']] = any(not HEATING_POINTS.isdisjoint(effect.hooks) for effect in on)
         for point in POINTS:
             vector[INDEX[f'at_{point}']] = any(point in effect.hooks for effect in on)
         vector[INDEX['motion']] = any(effect.motion for effect in on)
         vector.setflags(write=False)
         return vector
 
-    def fastest_rate(self, vector: Array) -> float:
-        """1/s: the quickest process that the step must resolve, for this ``vector`` of these parameters. The factor 4
-        leaves room for a hotter surface."""
+    def followed(self, resolution: float, hottest: float | None = None) -> Array:
+        """``vector`` for a coarser look: with this share of the substeps, and with what heat quickens followed up to
+        ``hottest`` (K) only.
+        """
+        if resolution == 1.0 and hottest is None:
+            return self.vector
+        vector: Array = self.vector.copy()
+        if hottest is not None:
+            vector[INDEX['hottest']] = min(vector[INDEX['hottest']], hottest)
+        vector[INDEX['fastest_rate']] = resolution * self._fastest_rate(vector)
+        vector.setflags(write=False)  # numba compiles anew for an array that may be written
+        return vector
+
+    def _fastest_rate(self, vector: Array) -> float:
+        """1/s: the quickest process that the step must resolve. The factor 4 leaves room for a hotter surface."""
         rates = [4.0 * vector[INDEX['hA']] / vector[INDEX['C']]]
         rates += [EFFECTS[name].fastest_rate(vector[COEFFICIENTS[name]], vector) for name in self.effects]
         return float(max(rates))

@@ -380,19 +380,9 @@ def advance_many(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, 
 
 @entry
 def run(
-    x: Array,
-    u: Array,
-    p: Array,
-    on: Mask,
-    q: Array,
-    work: Array,
-    time: Array,
-    drive: Array,
-    load: Array,
-    ambient: Array,
-    y: Array,
-    shown: Array,
-) -> None:
+    x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array,
+    time: Array, drive: Array, load: Array, ambient: Array, y: Array, shown: Array,
+) -> None:  # fmt: skip
     """A whole recording: show at ``time[k]``, then hold input k until ``time[k + 1]``.
 
     ``time``, ``drive``, ``load``, ``ambient`` have shape (n,); ``shown`` is filled, shape (N_OUTPUTS, n).

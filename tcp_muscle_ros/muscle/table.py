@@ -36,9 +36,8 @@ DERIVED: Mapping[str, Callable[[Mapping[str, float]], float]] = {
 }
 
 # The compiled model reads a flat vector: the table's rows, then constants made from them and from the effects that
-# are on: the quickest process (1/s), and the temperature (K)
-# up to which it is the quickest; does one change the heat or bring states with rates; is one asked at a point; does
-# one need velocity or force rate.
+# are on: the quickest process (1/s), and the temperature (K) up to which it is; does one change the heat or bring
+# states with rates; is one asked at a point; does one need velocity or force rate.
 _CONSTANTS = ('modulus_at_T0', 'fastest_rate', 'hottest', 'integrated', *(f'at_{point}' for point in POINTS), 'motion')
 _NAMES = (*(row.name for row in TABLE), *_CONSTANTS)
 INDEX: Mapping[str, int] = {name: index for index, name in enumerate(_NAMES)}
