@@ -44,6 +44,7 @@ MOVED = ('hA', 'C', 'R0', 'a_R', 'k0', 'B')  # parameters that a specimen has fo
 SPREAD = 0.12
 PATIENCE = 120.0  # s, for a node to speak; the first start compiles the model
 HEARD = 0.02  # s of the wall: a command has reached sim_node
+ATTEMPTS = 3  # a recorder that the machine holds up loses what comes meanwhile
 PROBE = 0.012  # A: enough to read a resistance, too little to heat
 
 
@@ -149,6 +150,7 @@ class Bench:
     def _idled(self) -> bool:
         """Let time pass, for nobody speaks while it stands still; True."""
         if self._spoken >= self._ticks:
+            time.sleep(HEARD)  # who is still being met must not miss any
             self._say(self._ticks + 1)
         return True
 
@@ -228,9 +230,21 @@ def record_all(parameters: Path, what: dict[str, Sequence[Step]], folder: Path) 
     try:
         for name, steps in what.items():
             print(f'recording {name}: {sum(s.seconds for s in steps):.0f} s of the muscle', flush=True)
-            bench.perform(steps, folder / name)
+            for _ in range(ATTEMPTS):
+                bench.perform(steps, folder / name)
+                if (gap := longest_gap(folder / name)) < 1.5 / RATE:
+                    break
+                print(f'{name}: {gap:.1f} s did not reach the recorder; it is recorded again', flush=True)
+                shutil.rmtree(folder / name)
+            else:
+                raise RuntimeError(f'{name}: this machine loses messages in each of {ATTEMPTS} recordings')
     finally:
         bench.close()
+
+
+def longest_gap(bag: Path) -> float:
+    """The longest time (s) between two temperatures of a recording."""
+    return float(np.diff(read_bag(bag)['temperature'].time).max())
 
 
 def unseen_errors(

@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.selection import Selection, select
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 
 _LEAST_SAMPLES = 30
-_INERTIA_RATE = 15.0  # Hz: a hanging weight rings at 2 to 5 Hz
+_INERTIA_RATE = 8.0  # Hz: a hanging weight rings at 2 to 5 Hz, and must be seen twice a period
 
 
 class Interrupted(Exception):

@@ -168,7 +168,12 @@ class Gain:
 
         The scatter counts half: an effect that acts in a few moments only improves few clusters, and those much.
         """
-        return self.folds > 0.5 and self.total > 3.0 * self.chance and self.total > 0.5 * self.scatter
+        return not self.fails and self.total > 3.0 * self.chance and self.total > 0.5 * self.scatter
+
+    @property
+    def fails(self) -> bool:
+        """Whether unseen data speak against it: worse altogether, or in half of the folds."""
+        return self.total <= 0.0 or self.folds <= 0.5
 
 
 def _at_the_instants_of(part: Problem, whole: Problem, shown: Sequence[Shown]) -> list[Shown]:
@@ -215,12 +220,12 @@ def improvement(before: HeldOut, after: HeldOut, reach: float = np.inf) -> Gain:
 
 
 def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:
-    """What unseen data say of a richer model, and which: other conditions where they have a say, else other stretches
-    of the same ones."""
+    """What unseen data say of a richer model, and which: other conditions where they confirm it or speak against it,
+    else, where they say too little, other stretches of the same ones."""
     gain, kept_back = Gain(0.0, 0.0, 0.0, 0.0, 0), conditions(after.problem)
     if kept_back:
         gain = improvement(held_out(before, kept_back), held_out(after, kept_back), _EXTRAPOLATED)
-    if not gain.say:
+    if not gain.say or not (gain.holds or gain.fails):
         kept_back = stretches(after.problem)
         gain = improvement(held_out(before, kept_back), held_out(after, kept_back))
     return gain, kept_back

@@ -2,10 +2,10 @@
 
 import json
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from scipy.ndimage import median_filter
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.bag_writer import KNOWN
-from tcp_muscle_ros.recording.cdr import DTYPES, Index, Payloads, decode, field_path
+from tcp_muscle_ros.recording.cdr import DTYPES, FieldPath, Index, decode, field_path
 from tcp_muscle_ros.recording.mcap_file import McapFile
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, channel_kind
 from tcp_muscle_ros.recording.sqlite_file import SqliteFile
@@ -30,6 +30,7 @@ _FROM_JOINT_STATES = {'displacement': 'position', 'force': 'effort'}
 _OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
 _RHYTHM = 101  # messages over which a topic's rhythm among the ticks is judged
 _SECOND_NS = 1_000_000_000
+_Numbers = TypeVar('_Numbers', Index, Array)
 
 
 @dataclass(frozen=True)
@@ -72,23 +73,20 @@ def read_bag(
     bag = _Bag(Path(path))
     sources = _sources(bag, namespace, channels, units)
     reader = _Reader(bag, sources)
-    samples = {source.channel: reader.samples(source) for source in sources}
     ticks = reader.ticks()
     on_time = {}
     for source in sources:
-        sample = samples[source.channel]
+        sample = reader.samples(source)
         if sample is not None and len(sample.value):
-            on_time[source.channel] = (reader.time(source, sample, ticks), sample.value)
+            time = _shared(reader.time(source, sample, ticks), (time for time, _ in on_time.values()))
+            on_time[source] = (time, sample.value)
     if not on_time:
         raise BadInput(f'{path}: empty bag: no readable message on {", ".join(source.topic for source in sources)}')
     start_ns = min(int(time.min()) for time, _ in on_time.values())
     found = {}
-    for source in sources:
-        if source.channel in on_time:
-            time, value = _in_order(*on_time[source.channel], source, reader.notes)
-            found[source.channel] = Channel(
-                source.channel, (time - start_ns) / 1e9, source.unit.to_si(value), source.topic
-            )
+    for source in list(on_time):
+        time, value = _in_order(*on_time.pop(source), source, reader.notes)
+        found[source.channel] = Channel(source.channel, (time - start_ns) / 1e9, source.unit.to_si(value), source.topic)
     return Recording(str(path), found, start_ns, bag.known(), tuple(bag.all_notes() + reader.notes))
 
 
@@ -149,12 +147,10 @@ class _Bag:
             ours = {}
         return known | ours if isinstance(ours, dict) else known
 
-    def read(self, topics: Collection[str]) -> dict[str, StoredMessages]:
-        parts: dict[str, list[StoredMessages]] = {}
+    def batches(self, topics: Collection[str]) -> Iterator[dict[str, StoredMessages]]:
+        """All messages of `topics`, file by file, some at a time."""
         for file in self.files:
-            for topic, messages in file.read([t for t in topics if t in file.topics]).items():
-                parts.setdefault(topic, []).append(messages)
-        return {topic: _concatenated(pieces) for topic, pieces in parts.items()}
+            yield from file.batches([t for t in topics if t in file.topics])
 
     def types(self, topic: str) -> 'Typesdict':
         """The definition of a topic's type as stored in the bag; that of ROS 2 Jazzy where the bag has none."""
@@ -184,21 +180,6 @@ def _complete(types: 'Typesdict', name: str) -> bool:
         if desc[0] == Nodetype.NAME and not _complete(types, desc[1]):
             return False
     return True
-
-
-def _concatenated(parts: list[StoredMessages]) -> StoredMessages:
-    if len(parts) == 1:
-        return parts[0]
-    sizes = [len(part.payloads.buffer) for part in parts]
-    shifts = np.cumsum([0, *sizes[:-1]])
-    return StoredMessages(
-        np.concatenate([part.log_time for part in parts]),
-        Payloads(
-            np.concatenate([part.payloads.buffer for part in parts]),
-            np.concatenate([part.payloads.start + shift for part, shift in zip(parts, shifts, strict=True)]),
-            np.concatenate([part.payloads.length for part in parts]),
-        ),
-    )
 
 
 # --- which topic is which channel -------------------------------------------------------------------------------------
@@ -270,64 +251,83 @@ def _topic(bag: _Bag, prefix: str, name: str, where: str) -> str:
 # --- reading ----------------------------------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True)
+class _Columns:
+    """What is wanted of one topic's messages, in the order of the log: each field's numbers, and where it has any;
+    the header stamps, ns; how many messages do not parse."""
+
+    log: Index
+    stamp: Index | None
+    values: dict[_Source, Array]
+    present: dict[_Source, NDArray[np.bool_]]
+    broken: int
+
+
 class _Reader:
-    """The samples of the chosen topics, each topic decoded once."""
+    """The samples of the chosen topics. Messages are decoded as they are read, and not kept."""
 
     def __init__(self, bag: _Bag, sources: list[_Source]) -> None:
         self.bag = bag
-        self.sources = sources
         self.notes: list[str] = []
+        self._asked: dict[str, list[_Source]] = {}
+        for source in sources:
+            self._asked.setdefault(source.topic, []).append(source)
         stamps = [s.topic for s in sources if not s.explicit and CHANNELS[s.channel].role == 'output']
         joint_states = [s.topic.rpartition('/')[0] + '/' + JOINT_STATES for s in sources if not s.explicit]
         self._tick_topics = sorted({*stamps, *joint_states} & bag.topics.keys())
-        self._messages = bag.read({*(s.topic for s in sources), *self._tick_topics})
-        self._stamps: dict[str, Index | None] = {}
+        self._types: dict[str, Typesdict] = {}
+        self._paths: dict[_Source, FieldPath] = {}
+        parts: dict[str, list[_Columns]] = {}
+        for batch in bag.batches({*self._asked, *self._tick_topics}):
+            for topic, messages in batch.items():
+                if topic not in parts:
+                    self._look_up(topic)
+                parts.setdefault(topic, []).append(self._decode(topic, messages))
+        self._columns = {topic: self._whole(topic, parts.pop(topic)) for topic in list(parts)}
 
-    def samples(self, source: _Source) -> _Samples | None:
-        """The field of a source, finite values only; None where the topic has no message or no such field."""
-        topic = source.topic
-        if topic not in self._messages:
-            return None
-        messages, types, kind = self._messages[topic], self.bag.types(topic), self.bag.topics[topic].message_type
-        where = f'--channel {source.channel}' if source.explicit else f'{self.bag.path}: {topic}'
-        path = field_path(types, kind, source.field or _own_number(types, kind, where), where)
-        decoded = decode(types, kind, messages.payloads, [path])
-        present = decoded.present[0]
-        if decoded.broken:
-            self.notes.append(f'{topic}: {decoded.broken} message(s) do not parse as {kind} and were left out')
-        if not present.all() and present.any() and decoded.broken < np.count_nonzero(~present):
-            missing = np.count_nonzero(~present) - decoded.broken
-            self.notes.append(f"{topic}: {missing} message(s) without '{source.field}' were left out")
-        finite = np.isfinite(decoded.values[0])
-        if np.count_nonzero(present & ~finite):
-            self.notes.append(
-                f'{source.channel}: {np.count_nonzero(present & ~finite)} of {len(finite)} values are not finite '
-                'and were left out'
-            )
-        kept = present & finite
-        stamp = self._stamp(topic)
-        return _Samples(messages.log_time[kept], None if stamp is None else stamp[kept], decoded.values[0][kept])
+    def _look_up(self, topic: str) -> None:
+        """The type of a topic's messages, and where in them the wanted fields are."""
+        types, kind = self.bag.types(topic), self._kind(topic)
+        self._types[topic] = types
+        for source in self._asked.get(topic, ()):
+            where = f'--channel {source.channel}' if source.explicit else f'{self.bag.path}: {topic}'
+            self._paths[source] = field_path(types, kind, source.field or _own_number(types, kind, where), where)
 
-    def _stamp(self, topic: str) -> Index | None:
-        """The header stamps of a topic, ns; None where it has no header or stamps of 0."""
-        if topic not in self._stamps:
-            self._stamps[topic] = self._read_stamp(topic)
-        return self._stamps[topic]
+    def _kind(self, topic: str) -> str:
+        return self.bag.topics[topic].message_type
 
-    def _read_stamp(self, topic: str) -> Index | None:
-        types, kind = self.bag.types(topic), self.bag.topics[topic].message_type
-        if ('header', (Nodetype.NAME, 'std_msgs/msg/Header')) not in types[kind][1]:
-            return None
-        messages = self._messages[topic]
-        paths = [('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec')]
-        decoded = decode(types, kind, messages.payloads, paths)
-        sec, nanosec = (np.nan_to_num(values).astype(np.int64) for values in decoded.values)
-        stamp = sec * _SECOND_NS + nanosec
+    def _decode(self, topic: str, messages: StoredMessages) -> _Columns:
+        types, kind = self._types[topic], self._kind(topic)
+        asked = self._asked.get(topic, [])
+        stamped = ('header', (Nodetype.NAME, 'std_msgs/msg/Header')) in types[kind][1]
+        paths: list[FieldPath] = [('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec')] if stamped else []
+        own = len(paths)
+        decoded = decode(types, kind, messages.payloads, [*paths, *(self._paths[source] for source in asked)])
+        stamp = None
+        if stamped:
+            sec, nanosec = (np.nan_to_num(column).astype(np.int64) for column in decoded.values[:own])
+            stamp = sec * _SECOND_NS + nanosec
+        values = dict(zip(asked, decoded.values[own:], strict=True))
+        present = dict(zip(asked, decoded.present[own:], strict=True))
+        return _Columns(messages.log_time, stamp, values, present, decoded.broken)
+
+    def _whole(self, topic: str, parts: list[_Columns]) -> _Columns:
+        log = np.concatenate([part.log for part in parts])
+        stamps = [part.stamp for part in parts if part.stamp is not None]
+        return _Columns(
+            log,
+            self._checked(topic, log, np.concatenate(stamps)) if stamps else None,
+            {source: np.concatenate([part.values[source] for part in parts]) for source in parts[0].values},
+            {source: np.concatenate([part.present[source] for part in parts]) for source in parts[0].present},
+            sum(part.broken for part in parts),
+        )
+
+    def _checked(self, topic: str, log: Index, stamp: Index) -> Index | None:
+        """The stamps, None where they are 0; a note where they run backwards."""
         if not stamp.any():
             self.notes.append(f'{topic}: stamped 0 throughout, its log time is used')
             return None
-        order = np.argsort(messages.log_time, kind='stable')
-        back = np.diff(stamp[order])
+        back = np.diff(stamp[np.argsort(log, kind='stable')])
         if len(back) and back.min() < 0:
             self.notes.append(
                 f'{topic}: stamps run backwards {np.count_nonzero(back < 0)} time(s), '
@@ -335,13 +335,40 @@ class _Reader:
             )
         return stamp
 
+    def samples(self, source: _Source) -> _Samples | None:
+        """The field of a source, finite values only; None where the topic has no message or no such field. Once: the
+        field is not kept any longer."""
+        topic = source.topic
+        if topic not in self._columns:
+            return None
+        columns, kind = self._columns[topic], self._kind(topic)
+        if len(columns.values) == 1:
+            del self._columns[topic]
+        present, values = columns.present.pop(source), columns.values.pop(source)
+        if columns.broken:
+            self.notes.append(f'{topic}: {columns.broken} message(s) do not parse as {kind} and were left out')
+        if not present.all() and present.any() and columns.broken < np.count_nonzero(~present):
+            missing = np.count_nonzero(~present) - columns.broken
+            self.notes.append(f"{topic}: {missing} message(s) without '{source.field}' were left out")
+        finite = np.isfinite(values)
+        if np.count_nonzero(present & ~finite):
+            self.notes.append(
+                f'{source.channel}: {np.count_nonzero(present & ~finite)} of {len(finite)} values are not finite '
+                'and were left out'
+            )
+        kept = present & finite
+        if kept.all():
+            return _Samples(columns.log, columns.stamp, values)
+        return _Samples(columns.log[kept], None if columns.stamp is None else columns.stamp[kept], values[kept])
+
     def ticks(self) -> '_Ticks | None':
         """When the muscle's own stamped messages were logged, and what they are stamped."""
         logs, stamps = [], []
         for topic in self._tick_topics:
-            if topic in self._messages and (stamp := self._stamp(topic)) is not None:
-                logs.append(self._messages[topic].log_time)
-                stamps.append(stamp)
+            columns = self._columns.get(topic)
+            if columns is not None and columns.stamp is not None:
+                logs.append(columns.log)
+                stamps.append(columns.stamp)
         if not logs:
             return None
         stamp, first = np.unique(np.concatenate(stamps), return_index=True)
@@ -384,7 +411,7 @@ class _Ticks:
         tick that its neighbours' rhythm says, unless that is further than half a period. A tick takes one message, and
         the order of the log stays.
         """
-        order = np.argsort(log, kind='stable')
+        order = np.argsort(log, kind='stable') if np.any(log[1:] < log[:-1]) else slice(None)
         log = log[order]
         half_period = float(np.median(np.diff(self.stamp))) / 2
         after = np.clip(np.searchsorted(self.log, log), 1, len(self.log) - 1)
@@ -429,11 +456,18 @@ def _own_number(types: 'Typesdict', kind: str, where: str) -> str:
     raise BadInput(f'{where}: {kind} has no single number; say which field, as --channel NAME=TOPIC.FIELD: {fields}')
 
 
+def _shared(new: _Numbers, others: Iterable[_Numbers]) -> _Numbers:
+    """The one of the others that is equal, if any: most channels have their samples at the same ticks."""
+    return next((other for other in others if np.array_equal(new, other)), new)
+
+
 def _in_order(time: Index, value: Array, source: _Source, notes: list[str]) -> tuple[Index, Array]:
     """Sorted by time, one sample an instant (the last that was logged: an input holds from then on)."""
-    order = np.argsort(time, kind='stable')
-    time, value = time[order], value[order]
+    if np.any(time[1:] < time[:-1]):
+        order = np.argsort(time, kind='stable')
+        time, value = time[order], value[order]
     kept = np.append(time[1:] != time[:-1], True)
-    if not kept.all():
-        notes.append(f'{source.channel}: {np.count_nonzero(~kept)} sample(s) share a stamp; the last of each was kept')
+    if kept.all():
+        return time, value
+    notes.append(f'{source.channel}: {np.count_nonzero(~kept)} sample(s) share a stamp; the last of each was kept')
     return time[kept], value[kept]

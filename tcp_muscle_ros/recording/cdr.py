@@ -20,7 +20,7 @@ from tcp_muscle_ros.errors import BadInput, nearest
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import FieldDesc, Typesdict
 
-Path = tuple[str | int, ...]
+FieldPath = tuple[str | int, ...]
 Bytes = NDArray[np.uint8]
 Index = NDArray[np.int64]
 
@@ -64,7 +64,7 @@ def gather(buffer: Bytes, position: Index, dtype: str) -> NDArray[np.generic]:
     return numbers
 
 
-def field_path(types: 'Typesdict', typename: str, text: str, where: str) -> Path:
+def field_path(types: 'Typesdict', typename: str, text: str, where: str) -> FieldPath:
     """The path of a numeric field written as ``position[0]`` or ``pose.position.x``; BadInput if there is none."""
     path: list[str | int] = []
     desc: FieldDesc = (Nodetype.NAME, typename)
@@ -135,13 +135,13 @@ class _Walk:
         self.length_words.append((at, value))
         return value
 
-    def message(self, typename: str, wanted: list[tuple[Path, int]], total: int) -> None:
+    def message(self, typename: str, wanted: list[tuple[FieldPath, int]], total: int) -> None:
         for name, desc in self.types[typename][1]:
             self.field(desc, [(path[1:], i) for path, i in wanted if path[0] == name], total)
             if len(self.found) == total:
                 return
 
-    def field(self, desc: 'FieldDesc', wanted: list[tuple[Path, int]], total: int) -> None:
+    def field(self, desc: 'FieldDesc', wanted: list[tuple[FieldPath, int]], total: int) -> None:
         if desc[0] == Nodetype.BASE:
             self.base(desc[1][0], wanted)
         elif desc[0] == Nodetype.NAME:
@@ -152,7 +152,7 @@ class _Walk:
                 count = self.length_word()
             self.elements(element, count, wanted, total)
 
-    def base(self, name: str, wanted: list[tuple[Path, int]]) -> None:
+    def base(self, name: str, wanted: list[tuple[FieldPath, int]]) -> None:
         if name == 'string':
             self.skip(self.length_word())
             return
@@ -165,7 +165,7 @@ class _Walk:
             self.found[i] = Field(self.position, dtype)
         self.skip(size)
 
-    def elements(self, desc: 'FieldDesc', count: int, wanted: list[tuple[Path, int]], total: int) -> None:
+    def elements(self, desc: 'FieldDesc', count: int, wanted: list[tuple[FieldPath, int]], total: int) -> None:
         if desc[0] == Nodetype.BASE and desc[1][0] in DTYPES:
             if not count:
                 return
@@ -184,7 +184,7 @@ class _Walk:
                 return
 
 
-def _layout(types: 'Typesdict', typename: str, payload: bytes, paths: Sequence[Path]) -> Layout:
+def _layout(types: 'Typesdict', typename: str, payload: bytes, paths: Sequence[FieldPath]) -> Layout:
     walk = _Walk(types, payload)
     walk.message(typename, [(path, i) for i, path in enumerate(paths)], len(paths))
     return Layout(tuple(walk.found.get(i) for i in range(len(paths))), tuple(walk.length_words))
@@ -199,7 +199,7 @@ class Decoded:
     broken: int
 
 
-def decode(types: 'Typesdict', typename: str, payloads: Payloads, paths: Sequence[Path]) -> Decoded:
+def decode(types: 'Typesdict', typename: str, payloads: Payloads, paths: Sequence[FieldPath]) -> Decoded:
     """The numeric fields `paths` of every message, as float64. Messages that do not parse count as broken."""
     n = len(payloads)
     values = [np.full(n, np.nan) for _ in paths]

@@ -19,7 +19,7 @@ import zstandard
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.cdr import Bytes, Index, Payloads, gather, rows
-from tcp_muscle_ros.recording.storage import StoredMessages, StoredTopic, custom_data
+from tcp_muscle_ros.recording.storage import BATCH, StoredMessages, StoredTopic, custom_data
 
 MAGIC = b'\x89MCAP0\r\n'
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _METADATA, _DATA_END = 3, 4, 5, 6, 7, 12, 15
@@ -36,6 +36,9 @@ class _Chunk:
     compression: str
     crc: int
     indexes: list[tuple[int, int]]  # (file offset, length) of its message index records
+
+
+_Piece = tuple[Bytes, Index, Index, Index]  # records of a chunk; log time, start and length of one topic's messages
 
 
 def _text(data: memoryview, at: int) -> tuple[str, int]:
@@ -202,10 +205,11 @@ class McapFile:
             found[channel] = (log_time, start, length)
         return found or None
 
-    def read(self, topics: Collection[str]) -> dict[str, StoredMessages]:
-        """All whole messages of `topics`, in file order (which is not time order)."""
+    def batches(self, topics: Collection[str]) -> Iterator[dict[str, StoredMessages]]:
+        """All whole messages of `topics`, in file order (which is not time order), about BATCH bytes at a time."""
         names = {number: topic for number, (_, topic, _) in self._channels.items() if topic in topics}
-        pieces: defaultdict[str, list[tuple[Bytes, Index, Index, Index]]] = defaultdict(list)
+        pieces: defaultdict[str, list[_Piece]] = defaultdict(list)
+        filled = 0
         for chunk in self._chunks:
             records, whole = self._records(chunk)
             found = self._indexed(chunk, records) if whole else None
@@ -214,6 +218,12 @@ class McapFile:
             for number, (log_time, start, length) in found.items():
                 if number in names:
                     pieces[names[number]].append((records, log_time, start, length))
+            filled += len(records)
+            if filled > BATCH:
+                yield {topic: _joined(parts) for topic, parts in pieces.items()}
+                pieces.clear()
+                filled = 0
+                self._forget_pages()
         if self._loose:
             everything = np.frombuffer(self._data, np.uint8)
             messages = defaultdict(list)
@@ -224,7 +234,12 @@ class McapFile:
                 if number in names:
                     log_time, start, length = np.array(row, dtype=np.int64).T
                     pieces[names[number]].append((everything, log_time, start, length))
-        return {topic: _joined(parts) for topic, parts in pieces.items()}
+        yield {topic: _joined(parts) for topic, parts in pieces.items()}
+
+    def _forget_pages(self) -> None:
+        """Give back the memory in which the file is mapped; what is needed again is read again."""
+        if hasattr(mmap, 'MADV_DONTNEED'):
+            self._data.madvise(mmap.MADV_DONTNEED)
 
     def _found_by_walking(self, records: Bytes) -> dict[int, tuple[Index, Index, Index]]:
         messages = defaultdict(list)
@@ -237,7 +252,7 @@ class McapFile:
         return found
 
 
-def _joined(parts: list[tuple[Bytes, Index, Index, Index]]) -> StoredMessages:
+def _joined(parts: list[_Piece]) -> StoredMessages:
     """The payloads of several chunks in one contiguous buffer."""
     buffers, starts, lengths, filled = [], [], [], 0
     for records, _, start, length in parts:

@@ -1,7 +1,7 @@
 """rosbag2 files of the sqlite3 storage (``.db3``), the default of ROS 2 before Iron."""
 
 import sqlite3
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 
@@ -9,7 +9,9 @@ import numpy as np
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.cdr import Payloads
-from tcp_muscle_ros.recording.storage import StoredMessages, StoredTopic, custom_data
+from tcp_muscle_ros.recording.storage import BATCH, StoredMessages, StoredTopic, custom_data
+
+_ROWS = BATCH // 200  # of so many bytes each, with what Python adds
 
 
 class SqliteFile:
@@ -49,17 +51,19 @@ class SqliteFile:
         rows = self._rows('SELECT metadata FROM metadata ORDER BY id DESC LIMIT 1')
         return custom_data(str(rows[0][0])) if rows else {}
 
-    def read(self, topics: Collection[str]) -> dict[str, StoredMessages]:
-        """All messages of `topics`, in file order."""
-        found = {}
+    def batches(self, topics: Collection[str]) -> Iterator[dict[str, StoredMessages]]:
+        """All messages of `topics`, in file order, about BATCH bytes at a time."""
         for topic in topics:
-            rows = self._rows(
-                'SELECT m.timestamp, m.data FROM messages m JOIN topics t ON m.topic_id = t.id WHERE t.name = ?', topic
-            )
-            if rows:
-                payloads = [data for _, data in rows if isinstance(data, bytes)]
+            last: object = -1
+            while rows := self._rows(
+                # From the last row that was read: an offset would be counted from the first each time.
+                'SELECT m.rowid, m.timestamp, m.data FROM messages m JOIN topics t ON m.topic_id = t.id '
+                'WHERE t.name = ? AND m.rowid > ? ORDER BY m.rowid LIMIT ?',
+                topic, last, _ROWS,
+            ):  # fmt: skip
+                last = rows[-1][0]
+                payloads = [data for _, _, data in rows if isinstance(data, bytes)]
                 length = np.array([len(payload) for payload in payloads], dtype=np.int64)
                 buffer = np.frombuffer(b''.join(payloads), np.uint8)
-                log_time = np.array([time for time, _ in rows], dtype=np.int64)
-                found[topic] = StoredMessages(log_time, Payloads(buffer, np.cumsum(length) - length, length))
-        return found
+                log_time = np.array([time for _, time, _ in rows], dtype=np.int64)
+                yield {topic: StoredMessages(log_time, Payloads(buffer, np.cumsum(length) - length, length))}

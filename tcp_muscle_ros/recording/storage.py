@@ -1,12 +1,14 @@
 """What every kind of bag file gives: its topics and, by topic, log times and serialised messages."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 import yaml
 
 from tcp_muscle_ros.recording.cdr import Index, Payloads
+
+BATCH = 32_000_000  # bytes: an hour of a fast recording is more than a laptop should hold at once
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,8 @@ class BagFile(Protocol):
         """What rosbag2 keeps as custom_data."""
         ...
 
-    def read(self, topics: Collection[str]) -> dict[str, StoredMessages]:
-        """All messages of `topics` that the file has, in file order."""
+    def batches(self, topics: Collection[str]) -> Iterator[dict[str, StoredMessages]]:
+        """All messages of `topics` that the file has, in file order, about BATCH bytes at a time."""
         ...
 
 

@@ -8,6 +8,7 @@ from recording.bags import START, STORE, float64, joint_states, temperature, wri
 from rosbags.rosbag2 import StoragePlugin
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording import mcap_file, sqlite_file
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.bag_writer import BagWriter, write_recording
 from tcp_muscle_ros.recording.recording import Channel, Recording
@@ -37,6 +38,26 @@ def test_channels_are_found_on_the_stamps_of_their_ticks_in_si(tmp_path, storage
     assert recording['displacement'].topic == '/m1/displacement'
     assert recording.duration == 0.99
     assert recording.notes == ()
+
+
+@pytest.mark.parametrize('storage', list(StoragePlugin))
+def test_what_is_read_some_at_a_time_is_what_is_read_at_once(tmp_path, storage, monkeypatch):
+    bag = write_foreign(tmp_path / 'bag', ticks(400), storage)
+    at_once = read_bag(bag)
+    monkeypatch.setattr(mcap_file, 'BATCH', 1000)
+    monkeypatch.setattr(sqlite_file, '_ROWS', 7)
+    by_and_by = read_bag(bag)
+    assert by_and_by.start_ns == at_once.start_ns
+    for name, channel in at_once.channels.items():
+        assert len(channel) == 400
+        np.testing.assert_array_equal(by_and_by[name].time, channel.time)
+        np.testing.assert_array_equal(by_and_by[name].value, channel.value)
+
+
+def test_one_field_can_be_two_channels(tmp_path):
+    bag = write_foreign(tmp_path / 'bag', ticks())
+    recording = read_bag(bag, channels={'ambient': 'temperature'})
+    np.testing.assert_array_equal(recording['ambient'].value, recording['temperature'].value)
 
 
 def test_order_in_the_file_is_not_time_order(tmp_path):
