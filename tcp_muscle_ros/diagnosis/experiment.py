@@ -16,6 +16,7 @@ from tcp_muscle_ros.diagnosis.noise import white_sigma
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import KINDS, Outputs, Parameters, simulate
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.recording.plausibility import distance
 from tcp_muscle_ros.recording.recording import OUTPUTS, Channel, Recording
 
 FOLLOWS_SETPOINT = 'follows_setpoint'  # in Experiment.known: a setpoint of the displacement was recorded
@@ -351,10 +352,7 @@ def _grid(stamps: list[Array], drive: Channel, load: Channel | float, start: flo
     by_size = sorted(stamps, key=len, reverse=True)
     instants = by_size[0]
     for other in by_size[1:]:
-        at = np.searchsorted(instants, other)
-        left = np.abs(other - instants[np.maximum(at - 1, 0)])
-        right = np.abs(other - instants[np.minimum(at, instants.size - 1)])
-        instants = np.union1d(instants, other[np.minimum(left, right) > _INTERPOLATED])
+        instants = np.union1d(instants, other[distance(other, instants) > _INTERPOLATED])
     # The length jumps with the load: the instant just before keeps interpolation from reaching across.
     jumps = _changes(load)
     instants = np.concatenate([np.array([start, end]), instants, _changes(drive), jumps, jumps - 2.0 * _SAME_INSTANT])
@@ -418,10 +416,7 @@ def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int |
     steps = _steps(load, channel)
     if steps.size and channel.time.size > 1:
         near = _UNSURE * float(np.median(np.diff(channel.time)))
-        at = np.searchsorted(steps, channel.time)
-        before = np.abs(channel.time - steps[np.maximum(at - 1, 0)])
-        after = np.abs(channel.time - steps[np.minimum(at, steps.size - 1)])
-        kept &= np.minimum(before, after) > near
+        kept &= distance(channel.time, steps) > near
     time, value = channel.time[kept], channel.value[kept]
     if most is None or time.size <= most:
         return Observed(time, value, np.ones(time.size))

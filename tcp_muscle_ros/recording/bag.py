@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_from_msg, get_typestore
-from scipy.ndimage import median_filter
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.bag_writer import KNOWN
-from tcp_muscle_ros.recording.cdr import DTYPES, FieldPath, Index, decode, field_path
+from tcp_muscle_ros.recording.cdr import DTYPES, Index, field_path
+from tcp_muscle_ros.recording.columns import Topic
 from tcp_muscle_ros.recording.mcap_file import McapFile
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, channel_kind
 from tcp_muscle_ros.recording.sqlite_file import SqliteFile
 from tcp_muscle_ros.recording.storage import BagFile, StoredMessages, StoredTopic, custom_data
+from tcp_muscle_ros.recording.tick_times import Ticks
 from tcp_muscle_ros.recording.units import UNITS, Unit, unit_of
 
 if TYPE_CHECKING:
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
 
 JOINT_STATES = 'joint_states'
 _FROM_JOINT_STATES = {'displacement': 'position', 'force': 'effort'}
-_OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
-_RHYTHM = 101  # messages over which a topic's rhythm among the ticks is judged
-_SECOND_NS = 1_000_000_000
 _Numbers = TypeVar('_Numbers', Index, Array)
 
 
@@ -74,7 +71,7 @@ def read_bag(
     sources = _sources(bag, namespace, channels, units)
     reader = _Reader(bag, sources)
     ticks = reader.ticks()
-    on_time = {}
+    on_time: dict[_Source, tuple[Index, Array]] = {}
     for source in sources:
         sample = reader.samples(source)
         if sample is not None and len(sample.value):
@@ -83,10 +80,11 @@ def read_bag(
     if not on_time:
         raise BadInput(f'{path}: empty bag: no readable message on {", ".join(source.topic for source in sources)}')
     start_ns = min(int(time.min()) for time, _ in on_time.values())
-    found = {}
+    found: dict[str, Channel] = {}
     for source in list(on_time):
         time, value = _in_order(*on_time.pop(source), source, reader.notes)
-        found[source.channel] = Channel(source.channel, (time - start_ns) / 1e9, source.unit.to_si(value), source.topic)
+        seconds = _shared((time - start_ns) / 1e9, (channel.time for channel in found.values()))
+        found[source.channel] = Channel(source.channel, seconds, source.unit.to_si(value), source.topic)
     return Recording(str(path), found, start_ns, bag.known(), tuple(bag.all_notes() + reader.notes))
 
 
@@ -251,18 +249,6 @@ def _topic(bag: _Bag, prefix: str, name: str, where: str) -> str:
 # --- reading ----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Columns:
-    """What is wanted of one topic's messages, in the order of the log: each field's numbers, and where it has any;
-    the header stamps, ns; how many messages do not parse."""
-
-    log: Index
-    stamp: Index | None
-    values: dict[_Source, Array]
-    present: dict[_Source, NDArray[np.bool_]]
-    broken: int
-
-
 class _Reader:
     """The samples of the chosen topics. Messages are decoded as they are read, and not kept."""
 
@@ -275,81 +261,49 @@ class _Reader:
         stamps = [s.topic for s in sources if not s.explicit and CHANNELS[s.channel].role == 'output']
         joint_states = [s.topic.rpartition('/')[0] + '/' + JOINT_STATES for s in sources if not s.explicit]
         self._tick_topics = sorted({*stamps, *joint_states} & bag.topics.keys())
-        self._types: dict[str, Typesdict] = {}
-        self._paths: dict[_Source, FieldPath] = {}
-        parts: dict[str, list[_Columns]] = {}
+        self._topics: dict[str, Topic] = {}
         for batch in bag.batches({*self._asked, *self._tick_topics}):
-            for topic, messages in batch.items():
-                if topic not in parts:
-                    self._look_up(topic)
-                parts.setdefault(topic, []).append(self._decode(topic, messages))
-        self._columns = {topic: self._whole(topic, parts.pop(topic)) for topic in list(parts)}
+            for name, messages in batch.items():
+                if name not in self._topics:
+                    self._topics[name] = self._topic(name)
+                self._topics[name].add(messages)
+        for name, topic in self._topics.items():
+            self._check_stamps(name, topic)
 
-    def _look_up(self, topic: str) -> None:
-        """The type of a topic's messages, and where in them the wanted fields are."""
-        types, kind = self.bag.types(topic), self._kind(topic)
-        self._types[topic] = types
-        for source in self._asked.get(topic, ()):
-            where = f'--channel {source.channel}' if source.explicit else f'{self.bag.path}: {topic}'
-            self._paths[source] = field_path(types, kind, source.field or _own_number(types, kind, where), where)
+    def _topic(self, name: str) -> Topic:
+        types, kind = self.bag.types(name), self.bag.topics[name].message_type
+        paths = {}
+        for source in self._asked.get(name, ()):
+            where = f'--channel {source.channel}' if source.explicit else f'{self.bag.path}: {name}'
+            paths[source.channel] = field_path(types, kind, source.field or _own_number(types, kind, where), where)
+        return Topic(kind, types, paths)
 
-    def _kind(self, topic: str) -> str:
-        return self.bag.topics[topic].message_type
-
-    def _decode(self, topic: str, messages: StoredMessages) -> _Columns:
-        types, kind = self._types[topic], self._kind(topic)
-        asked = self._asked.get(topic, [])
-        stamped = ('header', (Nodetype.NAME, 'std_msgs/msg/Header')) in types[kind][1]
-        paths: list[FieldPath] = [('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec')] if stamped else []
-        own = len(paths)
-        decoded = decode(types, kind, messages.payloads, [*paths, *(self._paths[source] for source in asked)])
-        stamp = None
-        if stamped:
-            sec, nanosec = (np.nan_to_num(column).astype(np.int64) for column in decoded.values[:own])
-            stamp = sec * _SECOND_NS + nanosec
-        values = dict(zip(asked, decoded.values[own:], strict=True))
-        present = dict(zip(asked, decoded.present[own:], strict=True))
-        return _Columns(messages.log_time, stamp, values, present, decoded.broken)
-
-    def _whole(self, topic: str, parts: list[_Columns]) -> _Columns:
-        log = np.concatenate([part.log for part in parts])
-        stamps = [part.stamp for part in parts if part.stamp is not None]
-        return _Columns(
-            log,
-            self._checked(topic, log, np.concatenate(stamps)) if stamps else None,
-            {source: np.concatenate([part.values[source] for part in parts]) for source in parts[0].values},
-            {source: np.concatenate([part.present[source] for part in parts]) for source in parts[0].present},
-            sum(part.broken for part in parts),
-        )
-
-    def _checked(self, topic: str, log: Index, stamp: Index) -> Index | None:
-        """The stamps, None where they are 0; a note where they run backwards."""
-        if not stamp.any():
-            self.notes.append(f'{topic}: stamped 0 throughout, its log time is used')
-            return None
-        back = np.diff(stamp[np.argsort(log, kind='stable')])
+    def _check_stamps(self, name: str, topic: Topic) -> None:
+        """Notes on stamps that are none, or run backwards."""
+        if topic.stamp is None:
+            if topic.stamped:
+                self.notes.append(f'{name}: stamped 0 throughout, its log time is used')
+            return
+        back = np.diff(topic.stamp[np.argsort(topic.log, kind='stable')])
         if len(back) and back.min() < 0:
             self.notes.append(
-                f'{topic}: stamps run backwards {np.count_nonzero(back < 0)} time(s), '
+                f'{name}: stamps run backwards {np.count_nonzero(back < 0)} time(s), '
                 f'by up to {-back.min() * 1e-9:.3g} s (a clock was set?)'
             )
-        return stamp
 
     def samples(self, source: _Source) -> _Samples | None:
-        """The field of a source, finite values only; None where the topic has no message or no such field. Once: the
-        field is not kept any longer."""
-        topic = source.topic
-        if topic not in self._columns:
+        """The field of a source, finite values only; None where the topic has no message. Once: it is not kept."""
+        name = source.topic
+        if name not in self._topics:
             return None
-        columns, kind = self._columns[topic], self._kind(topic)
-        if len(columns.values) == 1:
-            del self._columns[topic]
-        present, values = columns.present.pop(source), columns.values.pop(source)
-        if columns.broken:
-            self.notes.append(f'{topic}: {columns.broken} message(s) do not parse as {kind} and were left out')
-        if not present.all() and present.any() and columns.broken < np.count_nonzero(~present):
-            missing = np.count_nonzero(~present) - columns.broken
-            self.notes.append(f"{topic}: {missing} message(s) without '{source.field}' were left out")
+        topic = self._topics[name]
+        values, present = topic.field(source.channel)
+        if topic.broken:
+            kind = self.bag.topics[name].message_type
+            self.notes.append(f'{name}: {topic.broken} message(s) do not parse as {kind} and were left out')
+        if not present.all() and present.any() and topic.broken < np.count_nonzero(~present):
+            missing = np.count_nonzero(~present) - topic.broken
+            self.notes.append(f"{name}: {missing} message(s) without '{source.field}' were left out")
         finite = np.isfinite(values)
         if np.count_nonzero(present & ~finite):
             self.notes.append(
@@ -357,18 +311,20 @@ class _Reader:
                 'and were left out'
             )
         kept = present & finite
+        if source == self._asked[name][-1]:
+            del self._topics[name]
+        log, stamp = topic.log, topic.stamp
         if kept.all():
-            return _Samples(columns.log, columns.stamp, values)
-        return _Samples(columns.log[kept], None if columns.stamp is None else columns.stamp[kept], values[kept])
+            return _Samples(log, stamp, values)
+        return _Samples(log[kept], None if stamp is None else stamp[kept], values[kept])
 
-    def ticks(self) -> '_Ticks | None':
+    def ticks(self) -> Ticks | None:
         """When the muscle's own stamped messages were logged, and what they are stamped."""
         logs, stamps = [], []
         for topic in self._tick_topics:
-            columns = self._columns.get(topic)
-            if columns is not None and columns.stamp is not None:
-                logs.append(columns.log)
-                stamps.append(columns.stamp)
+            if topic in self._topics and (stamp := self._topics[topic].stamp) is not None:
+                logs.append(self._topics[topic].log)
+                stamps.append(stamp)
         if not logs:
             return None
         stamp, first = np.unique(np.concatenate(stamps), return_index=True)
@@ -376,9 +332,9 @@ class _Reader:
             return None
         log = np.concatenate(logs)[first]
         order = np.argsort(log, kind='stable')
-        return _Ticks(log[order], stamp[order])
+        return Ticks(log[order], stamp[order])
 
-    def time(self, source: _Source, samples: _Samples, ticks: '_Ticks | None') -> Index:
+    def time(self, source: _Source, samples: _Samples, ticks: Ticks | None) -> Index:
         """When each sample was: its stamp, else the stamp of its tick, else its log time; ns."""
         if samples.stamp is not None:
             return samples.stamp
@@ -387,63 +343,6 @@ class _Reader:
         if source.explicit:
             return samples.log + ticks.clock_offset
         return ticks.of(samples.log)
-
-
-@dataclass(frozen=True)
-class _Ticks:
-    """The stamped messages of a muscle, in the order they were logged."""
-
-    log: Index
-    stamp: Index
-
-    @property
-    def clock_offset(self) -> int:
-        """What to add to a log time to be on the stamps' clock: 0 unless they are clocks of their own."""
-        offset = int(np.median(self.stamp - self.log))
-        return offset if abs(offset) > _OTHER_CLOCK_NS else 0
-
-    def of(self, log: Index) -> Index:
-        """The time of a topic's unstamped messages: that of their tick (within half a period), else the log time.
-
-        Messages of one tick leave together, but each arrives with its own delay, and after a stall several ticks
-        arrive at once: the nearest in log time is then sometimes a neighbour's. But a topic keeps its rhythm: it has
-        one message every tick, or every tenth. Where two messages are nearest to one tick, each message goes to the
-        tick that its neighbours' rhythm says, unless that is further than half a period. A tick takes one message, and
-        the order of the log stays.
-        """
-        order = np.argsort(log, kind='stable') if np.any(log[1:] < log[:-1]) else slice(None)
-        log = log[order]
-        half_period = float(np.median(np.diff(self.stamp))) / 2
-        after = np.clip(np.searchsorted(self.log, log), 1, len(self.log) - 1)
-        nearest_tick = np.where(log - self.log[after - 1] <= self.log[after] - log, after - 1, after)
-        count = np.arange(len(log))
-        tick = nearest_tick
-        if np.any(np.diff(tick) <= 0):  # two messages nearest to one tick
-            rhythm = count + median_filter(nearest_tick - count, size=_RHYTHM, mode='reflect')
-            rhythm = np.clip(rhythm, 0, len(self.log) - 1)
-            tick = np.where(np.abs(self.log[rhythm] - log) <= half_period, rhythm, nearest_tick)
-        fits = np.abs(self.log[tick] - log) <= half_period
-        first = np.append(True, np.maximum.accumulate(np.where(fits, tick, -1))[:-1] < tick[1:])
-        fits &= first
-        time = np.where(fits, self.stamp[tick], log + self.clock_offset)
-        in_order = np.empty_like(time)
-        in_order[order] = _between_neighbours(time, fits)
-        return in_order
-
-
-def _between_neighbours(time: Index, sure: NDArray[np.bool_]) -> Index:
-    """Times in the order of the log: those that are not `sure` and break it are spread between the sure ones."""
-    if sure.all() or not sure.any():
-        return time
-    count = np.arange(len(time))
-    start = time[sure][0]
-    spread = start + np.interp(count, count[sure], (time[sure] - start).astype(np.float64)).astype(np.int64)
-    spread += count - np.clip(count, count[sure][0], count[sure][-1])  # beyond the sure ones: 1 ns apart
-    before = np.maximum.accumulate(np.where(sure, time, np.iinfo(np.int64).min))
-    after = np.minimum.accumulate(np.where(sure, time, np.iinfo(np.int64).max)[::-1])[::-1]
-    stretch = np.cumsum(sure)
-    breaks_order = np.bincount(stretch, ~sure & ((time <= before) | (time >= after))) > 0
-    return np.where(~sure & breaks_order[stretch], spread, time)
 
 
 def _own_number(types: 'Typesdict', kind: str, where: str) -> str:

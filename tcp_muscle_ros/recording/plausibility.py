@@ -138,6 +138,15 @@ def drive_of(recording: Recording) -> Channel | None:
     return None
 
 
+def distance(time: Array, events: Array) -> Array:
+    """How far (s) each instant is from the nearest of the events, which are in order; inf without any."""
+    if not events.size:
+        return np.full(time.size, np.inf)
+    after = np.searchsorted(events, time)
+    before = np.abs(time - events[np.maximum(after - 1, 0)])
+    return np.minimum(before, np.abs(events[np.minimum(after, events.size - 1)] - time))
+
+
 def held(channel: Channel, time: Array) -> Array:
     """The value of an input that holds at each instant (s)."""
     at = np.searchsorted(channel.time, time + 1e-9, side='right') - 1
@@ -216,8 +225,7 @@ def _refuse_leaps(recording: Recording, name: str) -> None:
     load = recording.channels.get('load')
     if load is not None and len(load) and name != 'temperature':
         changed = load.time[1:][np.diff(load.value) != 0.0]
-        near = np.abs(channel.time[1:, None] - changed[None, :]).min(axis=1, initial=np.inf)
-        leap &= near > 1.0
+        leap &= distance(channel.time[1:], changed) > 1.0
     after = np.flatnonzero(leap)
     stays = [k for k in after if k + 3 < len(step) and np.abs(step[k + 1 : k + 4]).max() < 0.1 * span]
     if len(stays) >= 3:  # one may be a slip, or the seam of two runs

@@ -8,7 +8,7 @@ import yaml
 
 from tcp_muscle_ros.recording.cdr import Index, Payloads
 
-BATCH = 32_000_000  # bytes: an hour of a fast recording is more than a laptop should hold at once
+BATCH = 8_000_000  # bytes: an hour of a fast recording is more than a laptop should hold at once
 
 
 @dataclass(frozen=True)

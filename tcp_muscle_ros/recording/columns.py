@@ -1,0 +1,73 @@
+"""The wanted numbers of one topic, decoded while a bag is read: its messages are not kept."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import Nodetype
+
+from tcp_muscle_ros.recording.cdr import FieldPath, Index, decode
+from tcp_muscle_ros.recording.recording import Array
+from tcp_muscle_ros.recording.storage import StoredMessages
+
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import Typesdict
+
+_SECOND_NS = 1_000_000_000
+
+
+class _Growing:
+    """Numbers that come some at a time and are kept in one place: parts that are joined at the end would, for a moment,
+    be there twice."""
+
+    def __init__(self, dtype: type) -> None:
+        self._bytes, self._dtype = bytearray(), np.dtype(dtype)
+
+    def add(self, numbers: NDArray[Any]) -> None:
+        self._bytes += np.ascontiguousarray(numbers, self._dtype).view(np.uint8).data
+
+    def whole(self) -> NDArray[Any]:
+        return np.frombuffer(self._bytes, self._dtype)
+
+
+class Topic:
+    """What is wanted of one topic's messages, in the order of the log: log times and header stamps (None without), ns;
+    each field's numbers, and where it has any; how many messages do not parse."""
+
+    def __init__(self, kind: str, types: 'Typesdict', paths: Mapping[str, FieldPath]) -> None:
+        self._kind, self._types, self._paths = kind, types, paths
+        self.stamped = ('header', (Nodetype.NAME, 'std_msgs/msg/Header')) in types[kind][1]
+        self._log, self._stamp = _Growing(np.int64), _Growing(np.int64)
+        self._fields = {channel: (_Growing(np.float64), _Growing(np.bool_)) for channel in paths}
+        self.broken = 0
+
+    def add(self, messages: StoredMessages) -> None:
+        """Decode some messages more."""
+        stamp: list[FieldPath] = [('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec')]
+        own = len(stamp) if self.stamped else 0
+        decoded = decode(self._types, self._kind, messages.payloads, [*stamp[:own], *self._paths.values()])
+        if self.stamped:
+            sec, nanosec = (np.nan_to_num(column).astype(np.int64) for column in decoded.values[:own])
+            self._stamp.add(sec * _SECOND_NS + nanosec)
+        self._log.add(messages.log_time)
+        for k, (values, present) in enumerate(self._fields.values(), own):
+            values.add(decoded.values[k])
+            present.add(decoded.present[k])
+        self.broken += decoded.broken
+
+    @property
+    def log(self) -> Index:
+        """When each message was logged."""
+        return self._log.whole()
+
+    @property
+    def stamp(self) -> Index | None:
+        """The header stamps; None where there are none, or all are 0."""
+        stamp = self._stamp.whole()
+        return stamp if stamp.any() else None
+
+    def field(self, channel: str) -> tuple[Array, NDArray[np.bool_]]:
+        """The numbers of a channel's field, and where it has any. Once: they are not kept any longer."""
+        values, present = self._fields.pop(channel)
+        return values.whole(), present.whole()

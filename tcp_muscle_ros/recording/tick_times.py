@@ -1,0 +1,69 @@
+"""On which tick of its muscle an unstamped message was published: told from when it was logged."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from tcp_muscle_ros.recording.cdr import Index
+
+_OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
+_RHYTHM = 101  # messages over which a topic's rhythm among the ticks is judged
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """The stamped messages of a muscle, in the order they were logged."""
+
+    log: Index
+    stamp: Index
+
+    @property
+    def clock_offset(self) -> int:
+        """What to add to a log time to be on the stamps' clock: 0 unless they are clocks of their own."""
+        offset = int(np.median(self.stamp - self.log))
+        return offset if abs(offset) > _OTHER_CLOCK_NS else 0
+
+    def of(self, log: Index) -> Index:
+        """The time of a topic's unstamped messages: that of their tick (within half a period), else the log time.
+
+        Messages of one tick leave together, but each arrives with its own delay, and after a stall several ticks
+        arrive at once: the nearest in log time is then sometimes a neighbour's. But a topic keeps its rhythm: it has
+        one message every tick, or every tenth. Where two messages are nearest to one tick, each message goes to the
+        tick that its neighbours' rhythm says, unless that is further than half a period. A tick takes one message, and
+        the order of the log stays.
+        """
+        order = np.argsort(log, kind='stable') if np.any(log[1:] < log[:-1]) else slice(None)
+        log = log[order]
+        half_period = float(np.median(np.diff(self.stamp))) / 2
+        after = np.clip(np.searchsorted(self.log, log), 1, len(self.log) - 1)
+        nearest_tick = np.where(log - self.log[after - 1] <= self.log[after] - log, after - 1, after)
+        count = np.arange(len(log))
+        tick = nearest_tick
+        if np.any(np.diff(tick) <= 0):  # two messages nearest to one tick
+            rhythm = count + median_filter(nearest_tick - count, size=_RHYTHM, mode='reflect')
+            rhythm = np.clip(rhythm, 0, len(self.log) - 1)
+            tick = np.where(np.abs(self.log[rhythm] - log) <= half_period, rhythm, nearest_tick)
+        fits = np.abs(self.log[tick] - log) <= half_period
+        first = np.append(True, np.maximum.accumulate(np.where(fits, tick, -1))[:-1] < tick[1:])
+        fits &= first
+        time = np.where(fits, self.stamp[tick], log + self.clock_offset)
+        in_order = np.empty_like(time)
+        in_order[order] = _between_neighbours(time, fits)
+        return in_order
+
+
+def _between_neighbours(time: Index, sure: NDArray[np.bool_]) -> Index:
+    """Times in the order of the log: those that are not `sure` and break it are spread between the sure ones."""
+    if sure.all() or not sure.any():
+        return time
+    count = np.arange(len(time))
+    start = time[sure][0]
+    spread = start + np.interp(count, count[sure], (time[sure] - start).astype(np.float64)).astype(np.int64)
+    spread += count - np.clip(count, count[sure][0], count[sure][-1])  # beyond the sure ones: 1 ns apart
+    before = np.maximum.accumulate(np.where(sure, time, np.iinfo(np.int64).min))
+    after = np.minimum.accumulate(np.where(sure, time, np.iinfo(np.int64).max)[::-1])[::-1]
+    stretch = np.cumsum(sure)
+    breaks_order = np.bincount(stretch, ~sure & ((time <= before) | (time >= after))) > 0
+    return np.where(~sure & breaks_order[stretch], spread, time)
