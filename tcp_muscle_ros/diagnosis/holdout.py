@@ -16,9 +16,9 @@ from tcp_muscle_ros.muscle.arrays import Array, Mask
 _STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
 _CLUSTER = 15.0  # s: stretches over which errors are summed before their scatter is judged
 # A fold has a say where the squared whitened difference of two predictions is at least so much, of noise and of the
-# largest of all folds; and, where it is a recording, at most so many times that on the data that were fitted. (A model
-# that lacks an effect bends to what it is fitted to, and errs ten times as much elsewhere.)
-_SEEN, _NOTABLE, _EXTRAPOLATED = 4.0, 0.02, 40.0
+# largest of all folds; and, where it is a recording, at most so many times that on the data that were fitted: how much
+# stronger an effect is beyond what was fitted, its form decides, which is never quite the muscle's own.
+_SEEN, _NOTABLE, _EXTRAPOLATED = 4.0, 0.02, 5.0
 
 
 @dataclass(frozen=True)

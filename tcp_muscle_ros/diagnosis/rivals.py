@@ -15,7 +15,7 @@ SHORTLIST = 6
 AMBIGUOUS = 6.0
 # No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
 # nothing, however many samples there are.
-ALIKE = 0.02
+ALIKE = 0.06
 CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
 _FAR = 2.5  # times its usual strength: farther off is hardly ever a sensor that works
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit

@@ -66,6 +66,19 @@ def test_a_recording_left_out_refutes_what_the_others_taught():
     assert not gain.holds
 
 
+def test_what_says_too_little_neither_confirms_nor_refutes():
+    """The models differ enough to be heard, and the richer one is a little better: less than noise may make it."""
+    before = held_back((ONES, ONES), (ONES, ONES))
+    aside = np.tile([1.0, -1.0], 100)
+    gain = improvement(before, held_back((0.96 * ONES - 0.2 * aside, 0.8 * ONES), (ONES, ONES)), reach=5.0)
+    assert gain.say == 1
+    assert gain.total > 0.0
+    assert not gain.holds
+    assert not gain.fails
+    worse = improvement(before, held_back((1.2 * ONES, 0.8 * ONES), (ONES, ONES)), reach=5.0)
+    assert worse.fails
+
+
 def as_rival(fitted, effect, score, **values):
     problem = with_effect(fitted.problem, Candidate(effect, {f'{effect}.{k}': v for k, v in values.items()}, 0.0, 0.0))
     z = np.concatenate([fitted.z, problem.start()[fitted.z.size :]])
@@ -81,7 +94,7 @@ def test_a_sensor_goes_before_physics_unless_it_is_off_as_none_is(softened):
 
 def test_of_two_forms_that_are_alike_the_simpler_is_named(softened):
     flexible = as_rival(softened, 'latent_heat', 1000.0, c=0.02)
-    alike, unlike = (as_rival(softened, 'heat_capacity', score, c=0.001) for score in (1150.0, 1300.0))
+    alike, unlike = (as_rival(softened, 'heat_capacity', score, c=0.001) for score in (1500.0, 1700.0))
     assert prefer([flexible, alike], 11_000.0).effect == 'heat_capacity'
     assert prefer([flexible, unlike], 11_000.0).effect == 'latent_heat'
 

@@ -3,7 +3,8 @@
     dz/dt = g(T) dT/dt - z |dT/dt| / 10 K,   g = 1 / (1 + exp(-(T - Tg) / 5 K)),   T_drive = T + c z
 
 A rate-independent (Duhem) loop. On the way up the contraction is ahead, on the way down behind: heating lies on top; it
-opens above Tg and shuts at the extremes, because every reversal starts where the other branch ended.
+opens above Tg and shuts at the extremes, because every reversal starts where the other branch ended. A loop the other
+way round is hysteresis or friction: c is not negative.
 """
 
 from math import exp
@@ -36,7 +37,7 @@ EFFECT = Effect(
     equation='dz/dt = g(T) dT/dt - z |dT/dt| / 10 K, T_drive = T + c z',
     source='different coefficients of heating and cooling above the glass transition',
     parameters=(
-        Parameter('c', 0.10, '1', -1.0, 1.0, 'difference of the coefficients', 'estimated: 5 to 20 %'),
+        Parameter('c', 0.10, '1', 0.0, 1.0, 'difference of the coefficients', 'estimated: 5 to 20 %'),
         Parameter(
             'Tg',
             50.0 + ZERO_CELSIUS,

@@ -22,7 +22,7 @@ EFFECT = Effect(
     stage='sensor',
     equation='Tm = Tinf + g (T - Tinf)',
     source='stem conduction of the wires',
-    parameters=(Parameter('g', 0.93, '1', 0.5, 1.5, 'shown over true excess temperature', 'estimated: 0.85 to 1'),),
+    parameters=(Parameter('g', 0.93, '1', 0.5, 1.1, 'shown over true excess temperature', 'estimated: 0.85 to 1'),),
     hooks={'sensor': sensor},
     strength='g',
     none=1.0,
