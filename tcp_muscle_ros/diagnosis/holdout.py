@@ -16,9 +16,11 @@ from tcp_muscle_ros.muscle.arrays import Array, Mask
 _STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
 _CLUSTER = 15.0  # s: stretches over which errors are summed before their scatter is judged
 # A fold has a say where the squared whitened difference of two predictions is at least so much, of noise and of the
-# largest of all folds; and, where it is a recording, at most so many times that on the data that were fitted: how much
-# stronger an effect is beyond what was fitted, its form decides, which is never quite the muscle's own.
-_SEEN, _NOTABLE, _EXTRAPOLATED = 4.0, 0.02, 5.0
+# largest of all folds.
+_SEEN, _NOTABLE = 4.0, 0.02
+# Where a fold is a recording and they differ more than so many times as much as on the data that were fitted, a form
+# that is not quite the muscle's own errs by as much, and failure is no refutation; beyond the latter, nor is success.
+_BEYOND, _FAR_BEYOND = 5.0, 40.0
 
 
 @dataclass(frozen=True)
@@ -194,22 +196,24 @@ def _slopes_of(rest: Problem, fitted: Fit) -> list[Shown] | None:
     return None if known is None else _at_the_instants_of(rest, fitted.problem, known)
 
 
-def improvement(before: HeldOut, after: HeldOut, reach: float = np.inf) -> Gain:
+def improvement(before: HeldOut, after: HeldOut, whole: bool = False) -> Gain:
     """What changed on the same unseen data, under the same noise.
 
     Where noise e is all that a model leaves, another that differs by d changes the misfit by d'd + 2 e'd. A fold has no
-    say where the models hardly differ, or where they differ more than ``reach`` times as much as on what they were
-    fitted to: what the rest did not show of an effect was not learnt from it, and neither success nor failure is the
-    effect's.
+    say where the models hardly differ; nor, where folds are ``whole`` recordings, where the models differ far more than
+    on what they were fitted to: what the rest did not show of an effect was not learnt from it. There a failure is not
+    the effect's, but a success is.
     """
     moved = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.white, after.white, strict=True)])
     learnt = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.fitted, after.fitted, strict=True)])
-    say = (moved > max(_SEEN, _NOTABLE * float(moved.max(initial=0.0)))) & (moved <= reach * learnt)
+    say = moved > max(_SEEN, _NOTABLE * float(moved.max(initial=0.0)))
     drops = [a - b for a, b in zip(before.misfit, after.misfit, strict=True)]
+    better = np.array([float(drop.sum()) > 0.0 for drop in drops])
+    if whole:
+        say &= moved <= np.where(better, _FAR_BEYOND, _BEYOND) * learnt
     if not say.any():
         return Gain(0.0, 0.0, 0.0, 0.0, 0)
     counted = np.concatenate([drop for drop, counts in zip(drops, say, strict=True) if counts])
-    better = np.array([float(drop.sum()) > 0.0 for drop in drops])
     return Gain(
         float(counted.sum()),
         2.0 * float(np.sqrt(moved[say].sum())),
@@ -224,7 +228,7 @@ def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:
     else, where they say too little, other stretches of the same ones."""
     gain, kept_back = Gain(0.0, 0.0, 0.0, 0.0, 0), conditions(after.problem)
     if kept_back:
-        gain = improvement(held_out(before, kept_back), held_out(after, kept_back), _EXTRAPOLATED)
+        gain = improvement(held_out(before, kept_back), held_out(after, kept_back), whole=True)
     if not gain.say or not (gain.holds or gain.fails):
         kept_back = stretches(after.problem)
         gain = improvement(held_out(before, kept_back), held_out(after, kept_back))

@@ -41,13 +41,24 @@ def test_a_recording_that_alone_shows_an_effect_has_no_say():
     before = held_back((ONES, ONES), (2.0 * ONES, ONES), (2.0 * ONES, ONES))
     after = held_back((30.0 * ONES, 1.001 * ONES), (NONE, 3.0 * ONES), (NONE, 3.0 * ONES))
     assert not improvement(before, after).holds
-    gain = improvement(before, after, reach=40.0)
+    gain = improvement(before, after, whole=True)
     # Beside the largest difference, though it has no say, the others are small; they are heard where they are not.
     assert gain.say == 0
     after = held_back((9.0 * ONES, 1.001 * ONES), (NONE, 3.0 * ONES), (NONE, 3.0 * ONES))
-    gain = improvement(before, after, reach=40.0)
+    gain = improvement(before, after, whole=True)
     assert gain.say == 2
     assert gain.holds
+
+
+def test_success_beyond_what_was_fitted_confirms_and_failure_does_not_refute():
+    """The models differ ten times as much in the first recording as in what they were fitted to without it."""
+    others = (2.0 * ONES, ONES)
+    before = held_back((4.0 * ONES, ONES), others)
+    right, wrong = (held_back((first * ONES, -0.26 * ONES), (ONES, NONE)) for first in (0.0, 8.0))
+    assert improvement(before, right, whole=True).say == 2
+    assert improvement(before, wrong, whole=True).say == 1
+    assert improvement(before, wrong, whole=True).holds
+    assert improvement(before, wrong).fails
 
 
 def test_where_models_hardly_differ_nothing_is_said():
@@ -61,7 +72,7 @@ def test_where_models_hardly_differ_nothing_is_said():
 def test_a_recording_left_out_refutes_what_the_others_taught():
     before = held_back((ONES, ONES), (ONES, ONES), (ONES, ONES))
     after = held_back((2.0 * ONES, NONE), (2.0 * ONES, NONE), (NONE, NONE))
-    gain = improvement(before, after, reach=40.0)
+    gain = improvement(before, after, whole=True)
     assert gain.say == 3
     assert not gain.holds
 
@@ -70,12 +81,12 @@ def test_what_says_too_little_neither_confirms_nor_refutes():
     """The models differ enough to be heard, and the richer one is a little better: less than noise may make it."""
     before = held_back((ONES, ONES), (ONES, ONES))
     aside = np.tile([1.0, -1.0], 100)
-    gain = improvement(before, held_back((0.96 * ONES - 0.2 * aside, 0.8 * ONES), (ONES, ONES)), reach=5.0)
+    gain = improvement(before, held_back((0.96 * ONES - 0.2 * aside, 0.8 * ONES), (ONES, ONES)), whole=True)
     assert gain.say == 1
     assert gain.total > 0.0
     assert not gain.holds
     assert not gain.fails
-    worse = improvement(before, held_back((1.2 * ONES, 0.8 * ONES), (ONES, ONES)), reach=5.0)
+    worse = improvement(before, held_back((1.2 * ONES, 0.8 * ONES), (ONES, ONES)), whole=True)
     assert worse.fails
 
 
