@@ -119,7 +119,8 @@ def _refuse_overlap(recording: Recording, channel: Channel) -> None:
     if not dense.size:
         return
     start = int(dense[0])
-    steps = np.diff(channel.value[start : start + int(count[start])])
+    last = int(dense[np.append(np.flatnonzero(np.diff(dense) > 1), dense.size - 1)[0]])  # of the first such stretch
+    steps = np.diff(channel.value[start : last + int(count[last])])
     usual = float(np.median(np.abs(np.diff(channel.value))))
     if float(np.median(np.abs(steps))) > 3.0 * usual:  # it alternates between two strands
         raise BadInput(
