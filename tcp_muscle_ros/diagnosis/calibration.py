@@ -121,8 +121,8 @@ def left_over_noise(fitted: Fit) -> dict[str, Noise]:
     floor = quick_noise(problem.experiments)
     pooled: dict[str, list[Noise]] = {name: [] for name in floor}
     weights: dict[str, list[int]] = {name: [] for name in floor}
-    for k in range(len(problem.experiments)):
-        for name, left in fitted.left[k].items():
+    for mine in fitted.weighed:
+        for name, left in mine.items():
             pooled[name].append(estimate(left, 0.0))
             weights[name].append(left.size)
     return {

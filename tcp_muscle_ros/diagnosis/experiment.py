@@ -15,7 +15,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.noise import white_sigma
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import KINDS, Outputs, Parameters, simulate
-from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.arrays import Array, Mask
 from tcp_muscle_ros.recording.plausibility import distance
 from tcp_muscle_ros.recording.recording import OUTPUTS, Channel, Recording
 
@@ -24,7 +24,7 @@ _SAME_INSTANT = 1e-6  # s: stamps closer than this are one
 _INTERPOLATED = 0.15  # s: a muscle's temperature bends by less than a hundredth of a kelvin in twice that
 _UNSURE = 1.6  # sampling periods either side of a step of the load
 _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, not noise or a ramp
-_RINGING = 1.5  # s after a step of the load
+_RINGING, _SWINGING = 1.5, 0.15  # s after a step of the load; what is seen in them weighs so much
 _STEPS_APART = 2.0  # s, on average: steps of a load that are closer are none
 _BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
 _HOTTER = 20.0  # K: the fibre than its thermometer, at most
@@ -55,16 +55,27 @@ class Holding:
 
 @dataclass(frozen=True)
 class Observed:
-    """One output channel: ``value`` (SI) at ``time`` (s), both shape (m,); ``count`` samples were averaged in each."""
+    """One output channel: ``value`` (SI) at ``time`` (s), both shape (m,); ``count`` samples were averaged in each.
+
+    ``swinging``: which were taken while a weight may swing, shape (m,); None: none of them.
+    """
 
     time: Array
     value: Array
     count: Array
+    swinging: Mask | None = None
 
     @cached_property
     def weight(self) -> Array:
-        """What one value weighs beside a usual one: means of fewer samples are noisier."""
-        return np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) if self.count.size else self.count
+        """What one value weighs beside a usual one: means of fewer samples are noisier. And a swing's phase no model
+        predicts to within the noise, whose misfit would drown all that is slow."""
+        weight = np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) if self.count.size else self.count
+        return weight if self.swinging is None else np.where(self.swinging, _SWINGING, 1.0) * weight
+
+    def only(self, keep: Mask) -> 'Observed':
+        """Some of the values."""
+        swinging = None if self.swinging is None else self.swinging[keep]
+        return Observed(self.time[keep], self.value[keep], self.count[keep], swinging)
 
 
 @dataclass(frozen=True)
@@ -410,7 +421,7 @@ def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int |
 
     A muscle answers a step of the load at once (its temperature may too), and whether the samples around its stamp were
     taken before or after it no recording says (a message may reach the recorder before it reaches the rig): they are
-    left out. What follows within seconds, in which a hanging weight rings, is not averaged.
+    left out. What follows within seconds, in which a hanging weight swings, is not averaged, and weighs less.
     """
     kept = channel.time >= start - _SAME_INSTANT
     steps = _steps(load, channel)
@@ -418,14 +429,21 @@ def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int |
         near = _UNSURE * float(np.median(np.diff(channel.time)))
         kept &= distance(channel.time, steps) > near
     time, value = channel.time[kept], channel.value[kept]
+    ringing = _since(steps, time) < _RINGING
+    moves = channel.name in ('displacement', 'force') and bool(ringing.any())
     if most is None or time.size <= most:
-        return Observed(time, value, np.ones(time.size))
+        return Observed(time, value, np.ones(time.size), ringing if moves else None)
     width = int(np.ceil(time.size / most))
     segment = np.searchsorted(np.union1d(_edges(drive, time.size), steps), time, side='right')
     first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
     position = np.arange(time.size) - np.repeat(first, np.diff(np.append(first, time.size)))
-    since = time - steps[np.maximum(np.searchsorted(steps, time, side='right') - 1, 0)] if steps.size else time + np.inf
-    ringing = (since >= 0.0) & (since < _RINGING)
     label = np.cumsum(np.concatenate([[0], (np.diff(segment) != 0) | (position[1:] % width == 0) | ringing[1:]]))
     count = np.bincount(label).astype(float)
-    return Observed(np.bincount(label, time) / count, np.bincount(label, value) / count, count)
+    swinging = np.bincount(label, ringing) > 0.0 if moves else None
+    return Observed(np.bincount(label, time) / count, np.bincount(label, value) / count, count, swinging)
+
+
+def _since(events: Array, time: Array) -> Array:
+    """How long ago (s) the last of the events was at each instant; inf before any."""
+    before = np.searchsorted(events, time, side='right')
+    return np.asarray(time - np.append(-np.inf, events)[before])

@@ -80,12 +80,20 @@ class Fit:
 
     @cached_property
     def mean_square(self) -> dict[str, float]:
-        """Of what is left (SI squared), by channel."""
-        names = sorted({name for left in self.left for name in left})
+        """Of what is left, as it weighs (SI squared), by channel."""
+        names = sorted({name for left in self.weighed for name in left})
         return {
-            name: float(np.mean(np.concatenate([left[name] for left in self.left if name in left]) ** 2))
+            name: float(np.mean(np.concatenate([left[name] for left in self.weighed if name in left]) ** 2))
             for name in names
         }
+
+    @property
+    def weighed(self) -> list[dict[str, Array]]:
+        """What is left (SI) of each recording by channel, times what each value weighs."""
+        return [
+            {name: left * e.observed[name].weight for name, left in mine.items()}
+            for e, mine in zip(self.problem.experiments, self.left, strict=True)
+        ]
 
     @property
     def values(self) -> dict[tuple[str, int | None], float]:

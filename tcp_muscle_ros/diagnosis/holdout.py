@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.experiment import Observed
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
@@ -21,6 +20,8 @@ _SEEN, _NOTABLE = 4.0, 0.02
 # Where a fold is a recording and they differ more than so many times as much as on the data that were fitted, a form
 # that is not quite the muscle's own errs by as much, and failure is no refutation; beyond the latter, nor is success.
 _BEYOND, _FAR_BEYOND = 5.0, 40.0
+# Nor is failure one where the poorer model misses (squared) a recording so many times as far as it misses the others.
+_UNLIKE = 2.0
 
 
 @dataclass(frozen=True)
@@ -56,10 +57,6 @@ def stretches(problem: Problem) -> tuple[Fold, ...]:
     return tuple(Fold(parts) for own in kept_back for parts in own)
 
 
-def _cut(observed: Observed, keep: Mask) -> Observed:
-    return Observed(observed.time[keep], observed.value[keep], observed.count[keep])
-
-
 def _split(problem: Problem, fold: Fold, inside: bool) -> Problem:
     """The problem with only what the fold keeps back observed, or only the rest."""
     experiments = []
@@ -72,7 +69,7 @@ def _split(problem: Problem, fold: Fold, inside: bool) -> Problem:
                 within |= (o.time >= a) & (o.time <= b)
             keep = within if inside else ~within
             if np.count_nonzero(keep) > 3:
-                kept[name] = _cut(o, keep)
+                kept[name] = o.only(keep)
         experiments.append(replace(experiment, observed=kept))
     return replace(problem, experiments=tuple(experiments))
 
@@ -201,8 +198,8 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False) -> Gain:
 
     Where noise e is all that a model leaves, another that differs by d changes the misfit by d'd + 2 e'd. A fold has no
     say where the models hardly differ; nor, where folds are ``whole`` recordings, where the models differ far more than
-    on what they were fitted to: what the rest did not show of an effect was not learnt from it. There a failure is not
-    the effect's, but a success is.
+    on what they were fitted to, or miss the recording far more than the others: what the rest did not show was not
+    learnt from it. There a failure is not the effect's, but a success is.
     """
     moved = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.white, after.white, strict=True)])
     learnt = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.fitted, after.fitted, strict=True)])
@@ -211,6 +208,7 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False) -> Gain:
     better = np.array([float(drop.sum()) > 0.0 for drop in drops])
     if whole:
         say &= moved <= np.where(better, _FAR_BEYOND, _BEYOND) * learnt
+        say &= better | ~_unlike(before)
     if not say.any():
         return Gain(0.0, 0.0, 0.0, 0.0, 0)
     counted = np.concatenate([drop for drop, counts in zip(drops, say, strict=True) if counts])
@@ -221,6 +219,15 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False) -> Gain:
         float(np.mean(better[say])),
         int(say.sum()),
     )
+
+
+def _unlike(model: HeldOut) -> Mask:
+    """Which folds are missed far more than the others."""
+    missed = np.array([float(np.mean(white**2)) for white in model.white])
+    usual = np.array(
+        [float(np.median(np.delete(missed, k))) if missed.size > 1 else np.inf for k in range(missed.size)]
+    )
+    return np.asarray(missed > _UNLIKE * usual)
 
 
 def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:

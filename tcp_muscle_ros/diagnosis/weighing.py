@@ -15,7 +15,7 @@ from tcp_muscle_ros.diagnosis.replicates import pure_error
 def structures(fitted: Fit) -> dict[str, Structure]:
     """The generic model of what a fit leaves, by channel."""
     problem = fitted.problem
-    outputs, left = fitted.outputs, fitted.left
+    outputs, left = fitted.outputs, fitted.weighed
     floor = quick_noise(problem.experiments)
     found = {}
     for name in sorted({n for e in problem.experiments for n in e.observed}):

@@ -61,6 +61,14 @@ def test_success_beyond_what_was_fitted_confirms_and_failure_does_not_refute():
     assert improvement(before, wrong).fails
 
 
+def test_a_recording_unlike_the_others_does_not_refute():
+    """Without the effect it is predicted far worse than the others are: that is the calibration's failure first."""
+    before = held_back((9.0 * ONES, ONES), (2.0 * ONES, ONES), (2.0 * ONES, ONES))
+    after = held_back((10.0 * ONES, NONE), (NONE, NONE), (NONE, NONE))
+    assert improvement(before, after, whole=True).say == 2
+    assert improvement(before, after, whole=True).holds
+
+
 def test_where_models_hardly_differ_nothing_is_said():
     """A recording in which an effect does next to nothing may be a little worse for it."""
     before = held_back((3.0 * ONES, ONES), (ONES, ONES))
