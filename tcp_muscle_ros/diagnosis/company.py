@@ -15,10 +15,8 @@ THRESHOLD = 20.0
 _REVISED = 3  # rivals that an effect must hold against
 _MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
 _LEAST_OF_ALL = 0.05  # of what was missed: what remains beside a strong effect, whose form is not quite the muscle's
-# Of what is left without it, an effect takes most; while others are still to be found, less, and so where it is missed
-# in a channel of its own, in which the stronger one's form leaves little.
+# Of what is left without it, an effect takes most; while others are still to be found, less.
 OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
-_OF_ITS_OWN, _OF_REST_OF_ITS_OWN = 0.3, 0.5
 _TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
 
@@ -48,8 +46,7 @@ def good_company(calibrated: Fit, without: Fit, fitted: Fit, rest: float) -> boo
     effects explain a little, and none of them all.
     """
     of_all = _largest_share(calibrated, without, fitted)
-    wanted = min(rest, _OF_REST_OF_ITS_OWN) if of_all >= _OF_ITS_OWN else rest
-    return of_all >= _LEAST_OF_ALL and _largest_share(without, without, fitted, robust=False) >= wanted
+    return of_all >= _LEAST_OF_ALL and _largest_share(without, without, fitted, robust=False) >= rest
 
 
 def _largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
