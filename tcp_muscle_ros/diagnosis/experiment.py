@@ -24,7 +24,7 @@ _SAME_INSTANT = 1e-6  # s: stamps closer than this are one
 _INTERPOLATED = 0.15  # s: a muscle's temperature bends by less than a hundredth of a kelvin in twice that
 _UNSURE = 1.6  # sampling periods either side of a step of the load
 _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, not noise or a ramp
-_RINGING, _SWINGING = 1.5, 0.15  # s after a step of the load; what is seen in them weighs so much
+_RINGING, _SWINGING = 1.5, 5.0  # s after a step of the load: a swing is strong, and may still be seen
 _STEPS_APART = 2.0  # s, on average: steps of a load that are closer are none
 _BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
 _HOTTER = 20.0  # K: the fibre than its thermometer, at most
@@ -57,25 +57,25 @@ class Holding:
 class Observed:
     """One output channel: ``value`` (SI) at ``time`` (s), both shape (m,); ``count`` samples were averaged in each.
 
-    ``swinging``: which were taken while a weight may swing, shape (m,); None: none of them.
+    ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them; ``calm``: what these weigh.
     """
 
     time: Array
     value: Array
     count: Array
     swinging: Mask | None = None
+    calm: float = 1.0
 
     @cached_property
     def weight(self) -> Array:
-        """What one value weighs beside a usual one: means of fewer samples are noisier. And a swing's phase no model
-        predicts to within the noise, whose misfit would drown all that is slow."""
+        """What one value weighs beside a usual one: means of fewer samples are noisier."""
         weight = np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) if self.count.size else self.count
-        return weight if self.swinging is None else np.where(self.swinging, _SWINGING, 1.0) * weight
+        return weight if self.swinging is None else np.where(self.swinging, self.calm, 1.0) * weight
 
     def only(self, keep: Mask) -> 'Observed':
         """Some of the values."""
         swinging = None if self.swinging is None else self.swinging[keep]
-        return Observed(self.time[keep], self.value[keep], self.count[keep], swinging)
+        return Observed(self.time[keep], self.value[keep], self.count[keep], swinging, self.calm)
 
 
 @dataclass(frozen=True)
@@ -421,7 +421,7 @@ def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int |
 
     A muscle answers a step of the load at once (its temperature may too), and whether the samples around its stamp were
     taken before or after it no recording says (a message may reach the recorder before it reaches the rig): they are
-    left out. What follows within seconds, in which a hanging weight swings, is not averaged, and weighs less.
+    left out. What follows within seconds, in which a hanging weight swings, is not averaged.
     """
     kept = channel.time >= start - _SAME_INSTANT
     steps = _steps(load, channel)
@@ -429,18 +429,19 @@ def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int |
         near = _UNSURE * float(np.median(np.diff(channel.time)))
         kept &= distance(channel.time, steps) > near
     time, value = channel.time[kept], channel.value[kept]
-    ringing = _since(steps, time) < _RINGING
-    moves = channel.name in ('displacement', 'force') and bool(ringing.any())
+    since = _since(steps, time)
+    ringing, swinging = since < _RINGING, since < _SWINGING
+    moves = channel.name in ('displacement', 'force') and bool(swinging.any())
     if most is None or time.size <= most:
-        return Observed(time, value, np.ones(time.size), ringing if moves else None)
+        return Observed(time, value, np.ones(time.size), swinging if moves else None)
     width = int(np.ceil(time.size / most))
     segment = np.searchsorted(np.union1d(_edges(drive, time.size), steps), time, side='right')
     first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
     position = np.arange(time.size) - np.repeat(first, np.diff(np.append(first, time.size)))
     label = np.cumsum(np.concatenate([[0], (np.diff(segment) != 0) | (position[1:] % width == 0) | ringing[1:]]))
     count = np.bincount(label).astype(float)
-    swinging = np.bincount(label, ringing) > 0.0 if moves else None
-    return Observed(np.bincount(label, time) / count, np.bincount(label, value) / count, count, swinging)
+    means = np.bincount(label, time) / count, np.bincount(label, value) / count
+    return Observed(*means, count, np.bincount(label, swinging) > 0.0 if moves else None)
 
 
 def _since(events: Array, time: Array) -> Array:

@@ -34,9 +34,10 @@ from tcp_muscle_ros.diagnosis.rivals import (
     rescored,
     rivals_for,
 )
-from tcp_muscle_ros.diagnosis.weighing import settle_noise, structures, with_noise
+from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise, structures, with_noise
 
 MOST_EFFECTS = 4
+SWINGING = 'inertia'  # the effect that swings
 _LEAST_SHARE = 0.08  # of what is left, that an effect takes away
 _TRIES = 4
 
@@ -139,7 +140,10 @@ def select(
         accepted.append(picked.effect)
         drop = bare - picked.score
         contests[picked.effect] = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
-        present, found_structure = settle_noise(picked.fit, 1)
+        present = picked.fit
+        if picked.effect == SWINGING:
+            calibrated, present = calmed(calibrated, present), calmed(present, present)
+        present, found_structure = settle_noise(present, 1)
     present, accepted, contests = revise(present, accepted, effects, contests, progress)
     if accepted:
         present, found_structure = settle_noise(present, 1)

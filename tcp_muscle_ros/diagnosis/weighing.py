@@ -1,5 +1,6 @@
 """What a channel weighs: the noise that a fit leaves, with what it misses, and the same fit under another noise."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -44,6 +45,23 @@ def robust_noise(fitted: Fit, found: dict[str, Structure]) -> dict[str, Noise]:
 def with_noise(fitted: Fit, noise: dict[str, Noise]) -> Fit:
     """The same fit under another noise."""
     problem = fitted.problem.with_noise(noise)
+    return fit(problem, fitted.z, rounds=20, tolerance=1e-5, known=fitted.rough_slopes)
+
+
+def calmed(fitted: Fit, swings: Fit) -> Fit:
+    """The same fit with samples during a swing weighing as little as a model that swings misses them beside the others.
+
+    No form of a swing keeps its phase to within the noise; what is left of it would drown all that is slow.
+    """
+    experiments = []
+    for experiment, left in zip(fitted.problem.experiments, swings.left, strict=True):
+        observed = dict(experiment.observed)
+        for name, o in observed.items():
+            if o.swinging is not None and not o.swinging.all():
+                still, moving = (float(np.mean(left[name][part] ** 2)) for part in (~o.swinging, o.swinging))
+                observed[name] = replace(o, calm=min(1.0, float(np.sqrt(still / max(moving, 1e-300)))))
+        experiments.append(replace(experiment, observed=observed))
+    problem = replace(fitted.problem, experiments=tuple(experiments))
     return fit(problem, fitted.z, rounds=20, tolerance=1e-5, known=fitted.rough_slopes)
 
 

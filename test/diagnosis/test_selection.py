@@ -13,7 +13,7 @@ from tcp_muscle_ros.diagnosis.fitting import fit
 from tcp_muscle_ros.diagnosis.holdout import HeldOut, conditions, improvement
 from tcp_muscle_ros.diagnosis.rivals import Rival, prefer, rivals_for
 from tcp_muscle_ros.diagnosis.selection import select
-from tcp_muscle_ros.diagnosis.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise
 from tcp_muscle_ros.diagnosis.work import Work
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -134,6 +134,21 @@ def test_a_companion_takes_most_of_what_is_left(softened):
     ranked, _ = screen(named.fit, ['friction', 'creep'])
     for rival in rivals_for(named.fit, ranked, None):
         assert not good_company(softened, named.fit, rival.fit, 0.65)
+
+
+def test_what_a_swing_leaves_does_not_drown_the_rest():
+    """Samples in which a weight swings, fifty times as far off as the noise, weigh a fiftieth once that is known."""
+    run = experiment(CHANNELS)
+    o, swinging = run.observed['displacement'], np.mod(TIME, 70.0) < 5.0
+    wild = o.value + np.where(swinging, 50 * 5e-5 * np.sin(20.0 * TIME) * 2**0.5, 0.0)
+    swung = replace(run, observed={**run.observed, 'displacement': replace(o, value=wild, swinging=swinging)})
+    before = calibrate([swung], NOMINAL).fit
+    after = calmed(before, before)
+    weight = after.problem.experiments[0].observed['displacement'].weight
+    assert np.all(weight[~swinging] == 1.0)
+    assert 1 / 60 < weight[swinging].max() < 1 / 20
+    assert after.mean_square['displacement'] < 0.02 * before.mean_square['displacement']
+    assert np.all(before.problem.experiments[0].observed['temperature'].weight == 1.0)
 
 
 def test_fatigue_goes_on_from_one_recording_to_the_next():
