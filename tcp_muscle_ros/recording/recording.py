@@ -1,6 +1,6 @@
 """What was recorded: channels, each on its own time stamps, in SI units."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -102,6 +102,9 @@ class Recording:
             return self.channels[name]
         except KeyError:
             raise BadInput(f"{self.path}: no channel '{name}' recorded{nearest(name, self.channels)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.channels)
 
     def __contains__(self, name: object) -> bool:
         return name in self.channels

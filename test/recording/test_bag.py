@@ -30,7 +30,7 @@ def ticks(n=100, ns='/m1', period_ms=10):
 @pytest.mark.parametrize('storage', list(StoragePlugin))
 def test_channels_are_found_on_the_stamps_of_their_ticks_in_si(tmp_path, storage):
     recording = read_bag(write_foreign(tmp_path / 'bag', ticks(), storage))
-    assert set(recording.channels) == {'temperature', 'displacement', 'current'}
+    assert set(recording) == set(recording.channels) == {'temperature', 'displacement', 'current'}
     assert recording.start_ns == START
     np.testing.assert_array_equal(recording['temperature'].value, 293.15 + np.arange(100))
     for channel in recording.channels.values():
