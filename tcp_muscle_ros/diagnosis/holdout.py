@@ -15,7 +15,7 @@ from tcp_muscle_ros.muscle.arrays import Array, Mask
 _STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
 _CLUSTER = 15.0  # s: stretches over which errors are summed before their scatter is judged
 # A fold has a say where the squared whitened difference of two predictions is at least so much, of noise and of the
-# largest of all folds.
+# largest of all folds; and, where it is a recording, of that on the data that were fitted.
 _SEEN, _NOTABLE = 4.0, 0.02
 # Where a fold is a recording and they differ more than so many times as much as on the data that were fitted, a form
 # that is not quite the muscle's own errs by as much, and failure is no refutation; beyond the latter, nor is success.
@@ -207,7 +207,7 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False) -> Gain:
     drops = [a - b for a, b in zip(before.misfit, after.misfit, strict=True)]
     better = np.array([float(drop.sum()) > 0.0 for drop in drops])
     if whole:
-        say &= moved <= np.where(better, _FAR_BEYOND, _BEYOND) * learnt
+        say &= (moved > _NOTABLE * learnt) & (moved <= np.where(better, _FAR_BEYOND, _BEYOND) * learnt)
         say &= better | ~_unlike(before)
     if not say.any():
         return Gain(0.0, 0.0, 0.0, 0.0, 0)
