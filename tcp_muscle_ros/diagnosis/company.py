@@ -8,7 +8,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Fold, Gain, conditions, confirmation, stretches
 from tcp_muscle_ros.diagnosis.rivals import Rival, penalised, prefer, rivals_for, shrink
-from tcp_muscle_ros.diagnosis.weighing import robust_noise, structures
+from tcp_muscle_ros.diagnosis.weighing import robust_noise, settle_noise, structures
 
 # 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
 THRESHOLD = 20.0
@@ -97,6 +97,8 @@ def revise(
                 contests.pop(effect, None)
                 continue
             pick = prefer(rivals, penalised(bare))
+            if pick.effect != effect and not confirmation(bare, pick.fit)[0].holds:
+                pick = next(r for r in rivals if r.effect == effect)  # that one was confirmed, when it was accepted
             if pick.effect != effect:
                 present, changed = pick.fit, True
                 accepted[accepted.index(effect)] = pick.effect
@@ -124,7 +126,8 @@ def confirm(
             standing[effect] = gain, _largest_share(calibrated, bare, present)
             other_conditions &= looked_at[0].whole is not None
         else:
-            present = bare
+            # What is left without it is the noise by which the next is judged.
+            present = settle_noise(bare, 1)[0]
             accepted = [e for e in accepted if e != effect]
     kept_back = (conditions(present.problem) if other_conditions else ()) or stretches(present.problem)
     return present, accepted, standing, kept_back
