@@ -87,7 +87,7 @@ class Fit:
             for name in names
         }
 
-    @property
+    @cached_property
     def weighed(self) -> list[dict[str, Array]]:
         """What is left (SI) of each recording by channel, times what each value weighs."""
         return [

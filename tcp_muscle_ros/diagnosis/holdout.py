@@ -172,7 +172,7 @@ class Gain:
     @property
     def fails(self) -> bool:
         """Whether unseen data speak against it: worse altogether, or in half of the folds."""
-        return self.total <= 0.0 or self.folds <= 0.5
+        return self.say > 0 and (self.total <= 0.0 or self.folds <= 0.5)
 
 
 def _at_the_instants_of(part: Problem, whole: Problem, shown: Sequence[Shown]) -> list[Shown]:
@@ -224,19 +224,17 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False) -> Gain:
 def _unlike(model: HeldOut) -> Mask:
     """Which folds are missed far more than the others."""
     missed = np.array([float(np.mean(white**2)) for white in model.white])
-    usual = np.array(
-        [float(np.median(np.delete(missed, k))) if missed.size > 1 else np.inf for k in range(missed.size)]
-    )
+    usual = np.array([float(np.median(np.delete(missed, k))) for k in range(missed.size)])
     return np.asarray(missed > _UNLIKE * usual)
 
 
 def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:
     """What unseen data say of a richer model, and which: other conditions where they confirm it or speak against it,
     else, where they say too little, other stretches of the same ones."""
-    gain, kept_back = Gain(0.0, 0.0, 0.0, 0.0, 0), conditions(after.problem)
+    kept_back = conditions(after.problem)
     if kept_back:
         gain = improvement(held_out(before, kept_back), held_out(after, kept_back), whole=True)
-    if not gain.say or not (gain.holds or gain.fails):
-        kept_back = stretches(after.problem)
-        gain = improvement(held_out(before, kept_back), held_out(after, kept_back))
-    return gain, kept_back
+        if gain.holds or gain.fails:
+            return gain, kept_back
+    kept_back = stretches(after.problem)
+    return improvement(held_out(before, kept_back), held_out(after, kept_back)), kept_back

@@ -37,7 +37,7 @@ from tcp_muscle_ros.diagnosis.rivals import (
 from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise, structures, with_noise
 
 MOST_EFFECTS = 4
-SWINGING = 'inertia'  # the effect that swings
+_SWINGS = 'inertia'  # the effect after which a weight swings
 _LEAST_SHARE = 0.08  # of what is left, that an effect takes away
 _TRIES = 4
 
@@ -141,7 +141,7 @@ def select(
         drop = bare - picked.score
         contests[picked.effect] = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
         present = picked.fit
-        if picked.effect == SWINGING:
+        if picked.effect == _SWINGS:
             calibrated, present = calmed(calibrated, present), calmed(present, present)
         present, found_structure = settle_noise(present, 1)
     present, accepted, contests = revise(present, accepted, effects, contests, progress)

@@ -280,11 +280,12 @@ class _Reader:
 
     def _check_stamps(self, name: str, topic: Topic) -> None:
         """Notes on stamps that are none, or run backwards."""
-        if topic.stamp is None:
+        stamp = topic.stamp
+        if stamp is None:
             if topic.stamped:
                 self.notes.append(f'{name}: stamped 0 throughout, its log time is used')
             return
-        back = np.diff(topic.stamp[np.argsort(topic.log, kind='stable')])
+        back = np.diff(stamp[np.argsort(topic.log, kind='stable')])
         if len(back) and back.min() < 0:
             self.notes.append(
                 f'{name}: stamps run backwards {np.count_nonzero(back < 0)} time(s), '
