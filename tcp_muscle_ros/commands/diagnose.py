@@ -85,6 +85,7 @@ def diagnose_bags(
     except Interrupted as stop:
         diagnosis = replace(stop.partial, partial=True)
     diagnosis = with_faults(with_issues(diagnosis, recordings, mended, experiments), mended)
+    del mended
     diagnosis = with_replay(diagnosis, recordings, nominal.operating)
     if progress:
         progress.stage('writing the report')
@@ -141,8 +142,11 @@ def with_issues(
     return replace(diagnosis, recordings=tuple(told))
 
 
-def with_replay(diagnosis: Diagnosis, recordings: Sequence[Recording], operating: Mapping[str, Value]) -> Diagnosis:
-    """The diagnosis with the errors that ``tcp_muscle replay`` of its improved.yaml shows on the same bags."""
+def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Mapping[str, Value]) -> Diagnosis:
+    """The diagnosis with the errors that ``tcp_muscle replay`` of its improved.yaml shows on the same bags.
+
+    Empties ``recordings``: a long one is let go before it is replayed.
+    """
     from dataclasses import replace
 
     from tcp_muscle_ros.commands.model_arguments import conditions
@@ -155,7 +159,7 @@ def with_replay(diagnosis: Diagnosis, recordings: Sequence[Recording], operating
         return diagnosis
     muscle = physics_only(diagnosis.improved)
     given = conditions(ParameterFile(muscle, operating_with_room(diagnosis, operating)))
-    errors = replayed_rmse([prepare(recording, muscle, given) for recording in recordings], muscle)
+    errors = replayed_rmse((prepare(recordings.pop(0), muscle, given) for _ in range(len(recordings))), muscle)
     fit = {name: replace(f, replayed=errors.get(name, float('nan'))) for name, f in diagnosis.fit.items()}
     return replace(diagnosis, fit=fit)
 

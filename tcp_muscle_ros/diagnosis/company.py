@@ -14,7 +14,7 @@ from tcp_muscle_ros.diagnosis.weighing import robust_noise, settle_noise, struct
 THRESHOLD = 20.0
 _REVISED = 3  # rivals that an effect must hold against
 _MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
-_LEAST_OF_ALL = 0.05  # of what was missed: what remains beside a strong effect, whose form is not quite the muscle's
+OF_ALL = 0.05  # of what was missed: what remains beside a strong effect, whose form is not quite the muscle's
 # Of what is left without it, an effect takes most; while others are still to be found, less.
 OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
 _TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
@@ -39,17 +39,17 @@ def share(before: dict[str, Structure], fitted: Fit, after: Fit) -> float:
     return max(shares, default=0.0)
 
 
-def good_company(calibrated: Fit, without: Fit, fitted: Fit, rest: float) -> bool:
+def good_company(calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all: float = OF_ALL) -> bool:
     """Whether an effect beside a stronger one is more than what the stronger one's form leaves.
 
-    It takes a real share of all that was missed, and a share ``rest`` of what is left: what a form leaves, several
+    It takes a share ``of_all`` of what was missed, and a share ``rest`` of what is left: what a form leaves, several
     effects explain a little, and none of them all.
     """
-    of_all = _largest_share(calibrated, without, fitted)
-    return of_all >= _LEAST_OF_ALL and _largest_share(without, without, fitted, robust=False) >= rest
+    real = largest_share(calibrated, without, fitted) >= of_all
+    return real and largest_share(without, without, fitted, robust=False) >= rest
 
 
-def _largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
+def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
     """The largest share, over channels, of what one model misses, that an effect takes away from another.
 
     Channels count in which it takes away something beside the noise; ``robust`` counts what it leaves as noise.
@@ -123,7 +123,7 @@ def confirm(
         bare = shrink(present, effect)
         gain, looked_at = confirmation(bare, present)
         if gain.holds and (effect == strongest or good_company(calibrated, bare, present, OF_REST)):
-            standing[effect] = gain, _largest_share(calibrated, bare, present)
+            standing[effect] = gain, largest_share(calibrated, bare, present)
             other_conditions &= looked_at[0].whole is not None
         else:
             # What is left without it is the noise by which the next is judged.

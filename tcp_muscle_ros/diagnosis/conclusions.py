@@ -26,7 +26,7 @@ from tcp_muscle_ros.diagnosis.generic import drivers
 from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
 from tcp_muscle_ros.diagnosis.next_experiment import propose
 from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
-from tcp_muscle_ros.diagnosis.rivals import ALIKE, AMBIGUOUS
+from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, FORM
 from tcp_muscle_ros.diagnosis.selection import Chosen, Selection
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
@@ -37,7 +37,6 @@ LEAST_SIGNAL = 3.0
 # A generic misfit that keeps more than this share of what was there has not been explained by the named effects.
 STILL_UNEXPLAINED = 0.2
 _BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
-_FORM = ALIKE**0.5  # of what an effect does: as far as its listed form is told from the muscle's own
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
 
 
@@ -61,7 +60,7 @@ def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = No
     for k, u in enumerate(fitted.problem.unknowns):
         if u.recording is not None or '.' in u.name or u.name in (AMBIENT, START):
             continue
-        low, high = fitted.interval(k, beside=_FORM * abs(float(fitted.z[k]) - bare.get(u.key, float(fitted.z[k]))))
+        low, high = fitted.interval(k, beside=FORM * abs(float(fitted.z[k]) - bare.get(u.key, float(fitted.z[k]))))
         value = u.from_fit(float(fitted.z[k]))
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))

@@ -5,7 +5,7 @@ change of an input, so that its exact step answers for any rate. Long recordings
 straddle a change of the drive.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import overload
@@ -25,6 +25,7 @@ _INTERPOLATED = 0.15  # s: a muscle's temperature bends by less than a hundredth
 _UNSURE = 1.6  # sampling periods either side of a step of the load
 _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, not noise or a ramp
 _RINGING, _SWINGING = 1.5, 5.0  # s after a step of the load: a swing is strong, and may still be seen
+_QUICK = 0.01  # s: a swing at 5 Hz is smaller by half a percent when averaged over so long
 _STEPS_APART = 2.0  # s, on average: steps of a load that are closer are none
 _BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
 _HOTTER = 20.0  # K: the fibre than its thermometer, at most
@@ -53,11 +54,12 @@ class Holding:
     spring_rest_length: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Observed:
     """One output channel: ``value`` (SI) at ``time`` (s), both shape (m,); ``count`` samples were averaged in each.
 
     ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them; ``calm``: what these weigh.
+    ``discrepancy``: ways in which the model may err here, each a column as large (SI) as it usually does, shape (m, n).
     """
 
     time: Array
@@ -65,6 +67,7 @@ class Observed:
     count: Array
     swinging: Mask | None = None
     calm: float = 1.0
+    discrepancy: Array | None = None
 
     @cached_property
     def weight(self) -> Array:
@@ -75,14 +78,28 @@ class Observed:
     def only(self, keep: Mask) -> 'Observed':
         """Some of the values."""
         swinging = None if self.swinging is None else self.swinging[keep]
-        return Observed(self.time[keep], self.value[keep], self.count[keep], swinging, self.calm)
+        discrepancy = None if self.discrepancy is None else self.discrepancy[keep]
+        return Observed(self.time[keep], self.value[keep], self.count[keep], swinging, self.calm, discrepancy)
+
+
+@dataclass(frozen=True)
+class Draught:
+    """The course of a draught: ``share``, by which it raises the conductance, shape (knots,); ``warmer``, the change of
+    the room (K) that takes as much heat, shape as ``Imposed.time``; ``gust``: how it was described before; ``unsure``:
+    by channel, how what stays unknown of it shows (SI), one column each."""
+
+    share: Array
+    warmer: Array
+    gust: tuple[float, ...] = ()
+    unsure: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Experiment:
     """One recording as the model sees it.
 
-    ``notes`` say what was assumed, for people to read; ``cycles``: those of the recordings before it.
+    ``notes`` say what was assumed, for people to read; ``cycles``: those of the recordings before it; ``draught``: what
+    was inferred of one.
     """
 
     name: str
@@ -92,9 +109,17 @@ class Experiment:
     known: Mapping[str, object] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     cycles: float = 0.0
+    draught: Draught | None = None
 
-    def outputs(self, parameters: Parameters, temperature: float | None = None, resolution: float = 1.0) -> Outputs:
-        """The model's outputs at ``imposed.time``; ``temperature`` (K) at the start, default the ambient."""
+    def outputs(
+        self,
+        parameters: Parameters,
+        temperature: float | None = None,
+        resolution: float = 1.0,
+        only: Collection[str] | None = None,
+    ) -> Outputs:
+        """The model's outputs (or only some) at ``imposed.time``; ``temperature`` (K) at the start, default the
+        ambient."""
         imposed, holding = self.imposed, self.holding
         return simulate(
             parameters,
@@ -102,7 +127,7 @@ class Experiment:
             imposed.drive,
             kind=imposed.kind,
             load=imposed.load,
-            ambient=imposed.ambient,
+            ambient=imposed.ambient if self.draught is None else imposed.ambient + self.draught.warmer,
             end=holding.end,
             starting_load=holding.starting_load,
             held_length=holding.held_length,
@@ -111,11 +136,20 @@ class Experiment:
             temperature=temperature,
             resolution=resolution,
             hottest=self.hottest,
+            only=only,
         )
 
     def predict(self, parameters: Parameters, temperature: float | None = None) -> dict[str, Array]:
         """What the model shows at the instants of each observed channel (SI, shapes as observed)."""
-        return self.shown(self.outputs(parameters, temperature))
+        return self.shown(self.outputs(parameters, temperature, only=self.observed))
+
+    def until(self, end: float) -> 'Experiment':
+        """Its beginning, with the first instant at or after ``end`` (s)."""
+        inputs = self.imposed
+        n = int(np.searchsorted(inputs.time, end)) + 1
+        imposed = Imposed(inputs.kind, inputs.time[:n], inputs.drive[:n], inputs.load[:n], inputs.ambient[:n])
+        observed = {name: o.only(o.time <= end) for name, o in self.observed.items()}
+        return replace(self, imposed=imposed, observed=observed)
 
     def shown(self, outputs: Outputs) -> dict[str, Array]:
         """The model's outputs at the instants of each observed channel."""
@@ -186,7 +220,11 @@ def prepare(
     load = _coarsened(load, most, 1.0)
     start = max(float(drive.time[0]), 0.0)
     end = max(float(channel.time[-1]) for channel in observed.values())
-    blocks = {name: _blocks(channel, drive, load, most, start) for name, channel in observed.items()}
+    blocks: dict[str, Observed] = {}
+    for name, channel in observed.items():
+        made = _blocks(channel, drive, load, most, start)
+        same = next((b.time for b in blocks.values() if np.array_equal(b.time, made.time)), made.time)
+        blocks[name] = replace(made, time=same)
     grid = _grid([channel.time for channel in blocks.values()], drive, load, start, end)
     imposed = Imposed(
         kind,
@@ -421,24 +459,26 @@ def _blocks(channel: Channel, drive: Channel, load: Channel | float, most: int |
 
     A muscle answers a step of the load at once (its temperature may too), and whether the samples around its stamp were
     taken before or after it no recording says (a message may reach the recorder before it reaches the rig): they are
-    left out. What follows within seconds, in which a hanging weight swings, is not averaged.
+    left out. What follows within seconds, in which a hanging weight swings, is averaged over hundredths of one only.
     """
     kept = channel.time >= start - _SAME_INSTANT
     steps = _steps(load, channel)
     if steps.size and channel.time.size > 1:
         near = _UNSURE * float(np.median(np.diff(channel.time)))
         kept &= distance(channel.time, steps) > near
-    time, value = channel.time[kept], channel.value[kept]
+    time, value = (channel.time, channel.value) if kept.all() else (channel.time[kept], channel.value[kept])
     since = _since(steps, time)
     ringing, swinging = since < _RINGING, since < _SWINGING
     moves = channel.name in ('displacement', 'force') and bool(swinging.any())
     if most is None or time.size <= most:
-        return Observed(time, value, np.ones(time.size), swinging if moves else None)
+        return Observed(time, value, np.broadcast_to(1.0, time.size), swinging if moves else None)
     width = int(np.ceil(time.size / most))
     segment = np.searchsorted(np.union1d(_edges(drive, time.size), steps), time, side='right')
     first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
     position = np.arange(time.size) - np.repeat(first, np.diff(np.append(first, time.size)))
-    label = np.cumsum(np.concatenate([[0], (np.diff(segment) != 0) | (position[1:] % width == 0) | ringing[1:]]))
+    quick = max(1, round(_QUICK / max(float(np.median(np.diff(time))), 1e-9)))
+    begins = (position % np.where(ringing, quick, width) == 0)[1:] | np.diff(ringing) | (np.diff(segment) != 0)
+    label = np.cumsum(np.concatenate([[0], begins]))
     count = np.bincount(label).astype(float)
     means = np.bincount(label, time) / count, np.bincount(label, value) / count
     return Observed(*means, count, np.bincount(label, swinging) > 0.0 if moves else None)

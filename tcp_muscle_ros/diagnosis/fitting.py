@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import least_squares
 
-from tcp_muscle_ros.diagnosis.form import clusters, inflation
 from tcp_muscle_ros.diagnosis.problem import Problem, Shown
+from tcp_muscle_ros.diagnosis.sandwich import clusters, inflation
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -59,7 +59,7 @@ class Fit:
     def covariance(self) -> Array:
         """Covariance of the unknowns in the fit's coordinates, from the linearisation at ``z`` and the priors.
 
-        Wider where what is left over pulls in the same states of the muscle each time (see form.py).
+        Wider where what is left over pulls in the same states of the muscle each time (see sandwich.py).
         """
         information = self.jacobian.T @ self.jacobian + np.diag(self.problem.spreads() ** -2.0)
         covariance = np.asarray(np.linalg.pinv(information, hermitian=True))
@@ -89,11 +89,13 @@ class Fit:
 
     @cached_property
     def weighed(self) -> list[dict[str, Array]]:
-        """What is left (SI) of each recording by channel, times what each value weighs."""
-        return [
-            {name: left * e.observed[name].weight for name, left in mine.items()}
-            for e, mine in zip(self.problem.experiments, self.left, strict=True)
-        ]
+        """What is left (SI) of each recording by channel beside the allowed errors of the model, times what each value
+        weighs."""
+        found = []
+        for k, (experiment, mine) in enumerate(zip(self.problem.experiments, self.left, strict=True)):
+            allowed = self.problem.expected_discrepancy(mine, k)
+            found.append({n: (left - allowed[n]) * experiment.observed[n].weight for n, left in mine.items()})
+        return found
 
     @property
     def values(self) -> dict[tuple[str, int | None], float]:

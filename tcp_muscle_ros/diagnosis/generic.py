@@ -58,7 +58,7 @@ def drivers(experiment: Experiment, outputs: Outputs, time: Array) -> Drivers:
     )
 
 
-def _hats(x: Array, knots: Array) -> Array:
+def hats(x: Array, knots: Array) -> Array:
     """Piecewise linear functions that are 1 at one knot and 0 at the others, shape (m, knots)."""
     return np.column_stack([np.interp(x, knots, row) for row in np.eye(knots.size)])
 
@@ -100,20 +100,20 @@ def basis(found: Sequence[Drivers]) -> tuple[list[Array], list[Part]]:
         rate = d.rate[:, None] / quickest
         warming = (rate > 0.0).astype(float)
         groups = [
-            ('temperature, warming', _hats(d.temperature, warm) * warming),
-            ('temperature, cooling', _hats(d.temperature, warm) * (1.0 - warming)),
+            ('temperature, warming', hats(d.temperature, warm) * warming),
+            ('temperature, cooling', hats(d.temperature, warm) * (1.0 - warming)),
             ('rate of temperature', np.hstack([rate, rate * np.abs(rate)])),
-            ('displacement', _hats(d.displacement, places)),
-            ('drive', _hats(d.drive, levels)),
-            ('time since the switch, heating', _hats(d.since_switch, moment) * on),
-            ('time since the switch, cooling', _hats(d.since_switch, moment) * off),
+            ('displacement', hats(d.displacement, places)),
+            ('drive', hats(d.drive, levels)),
+            ('time since the switch, heating', hats(d.since_switch, moment) * on),
+            ('time since the switch, cooling', hats(d.since_switch, moment) * off),
         ]
         if loads.size > 1:
             hot = (d.temperature - warm[0])[:, None] / max(float(np.ptp(warm)), 1e-9)
-            groups += [('load', _hats(d.load, loads)), ('load and temperature', _hats(d.load, loads) * hot)]
+            groups += [('load', hats(d.load, loads)), ('load and temperature', hats(d.load, loads) * hot)]
         knots = np.linspace(0.0, max(float(d.elapsed[-1]), 1e-9), _ELAPSED)
         for k in range(len(found)):
-            own = _hats(d.elapsed, knots) if k == owner else np.zeros((d.elapsed.size, _ELAPSED))
+            own = hats(d.elapsed, knots) if k == owner else np.zeros((d.elapsed.size, _ELAPSED))
             groups.append(('elapsed time', own))
         columns.append(np.hstack([g for _, g in groups]))
         if not parts:

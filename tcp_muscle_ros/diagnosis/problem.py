@@ -10,8 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.discrepancy import expected, whitening_of
 from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.noise import Noise, whitening
+from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
 from tcp_muscle_ros.diagnosis.work import Work
 from tcp_muscle_ros.muscle import EFFECTS, Outputs, Parameters
@@ -129,7 +130,7 @@ class Problem:
     def _whitening(self) -> dict[tuple[str, int], Callable[[Array], Array]]:
         """What removes the colour of every channel of every recording."""
         return {
-            (name, k): whitening(observed.time, self.noise[name])
+            (name, k): whitening_of(observed, self.noise[name])
             for k, experiment in enumerate(self.experiments)
             for name, observed in experiment.observed.items()
         }
@@ -165,6 +166,11 @@ class Problem:
             name: observed.value - predicted[name] - zeros.get(name, 0.0)
             for name, observed in self.experiments[recording].observed.items()
         }
+
+    def expected_discrepancy(self, left: Mapping[str, Array], recording: int) -> dict[str, Array]:
+        """What of the residuals of one recording (SI, by channel) is most likely the allowed error of the model."""
+        observed = self.experiments[recording].observed
+        return {name: expected(observed[name], self.noise[name], mine) for name, mine in left.items()}
 
 
 def _steps(muscle: Parameters, experiment: Experiment) -> float:

@@ -1,6 +1,6 @@
 """Replay: drive the model with recorded inputs, free-run, and compare each channel."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,21 +46,28 @@ def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
     still = observed.value[observed.time <= until][:_FIRST]
     starts = [ambient, float(observed.value[0]), float(np.mean(still)) if still.size else ambient]
 
+    beginning = experiment.until(float(observed.time[:_FIRST][-1]))
+
     def error(start: float) -> float:
-        shown = experiment.predict(parameters, start)['temperature']
-        return float(np.sum((shown - observed.value)[:_FIRST] ** 2))
+        shown = beginning.predict(parameters, start)['temperature']
+        return float(np.sum((shown - observed.value[:_FIRST]) ** 2))
 
     return min(starts, key=error)
 
 
-def replayed_rmse(experiments: Sequence[Experiment], parameters: Parameters) -> dict[str, float]:
+def replayed_rmse(experiments: Iterable[Experiment], parameters: Parameters) -> dict[str, float]:
     """Root mean square error (SI) by channel of replays of several recordings together."""
     squares: dict[str, list[float]] = {}
     for experiment in experiments:
-        for name, found in replay(experiment, parameters).items():
+        start = start_temperature(experiment, parameters)
+        for name, observed in experiment.observed.items():  # one at a time: they may be long
+            outputs = experiment.outputs(parameters, start, only=(name,))
+            error = np.interp(observed.time, outputs.time, getattr(outputs, name))
+            del outputs
+            error -= observed.value
             entry = squares.setdefault(name, [0.0, 0.0])
-            entry[0] += found.rmse**2 * found.time.size
-            entry[1] += found.time.size
+            entry[0] += float(error @ error)
+            entry[1] += error.size
     return {name: float(np.sqrt(total / count)) for name, (total, count) in squares.items()}
 
 

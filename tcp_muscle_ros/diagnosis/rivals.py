@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -16,6 +17,7 @@ AMBIGUOUS = 6.0
 # No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
 # nothing, however many samples there are.
 ALIKE = 0.06
+FORM = ALIKE**0.5  # of what an effect does: as far as its listed form is told from the muscle's own
 CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
 _FAR = 2.5  # times its usual strength: farther off is hardly ever a sensor that works
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
@@ -67,6 +69,7 @@ def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit:
     return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=False)
 
 
+@lru_cache(maxsize=4)
 def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
     """Refit without one of the effects."""
     problem = without_effect(fitted.problem, effect)

@@ -10,36 +10,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.candidates import Candidate, screen
-from tcp_muscle_ros.diagnosis.company import (
-    OF_REST_AT_FIRST,
-    THRESHOLD,
-    Contest,
-    confirm,
-    good_company,
-    revise,
-    share,
-)
+from tcp_muscle_ros.diagnosis.candidates import Candidate
+from tcp_muscle_ros.diagnosis.companions import companions
+from tcp_muscle_ros.diagnosis.company import OF_REST_AT_FIRST, Contest, confirm, good_company, revise
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
-from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, confirmation, held_out
-from tcp_muscle_ros.diagnosis.rivals import (
-    AMBIGUOUS,
-    CONTEST,
-    Rival,
-    close_rivals,
-    margin,
-    penalised,
-    prefer,
-    rescored,
-    rivals_for,
-)
+from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, held_out, stretches
+from tcp_muscle_ros.diagnosis.picking import Picked, pick
+from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin
 from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise, structures, with_noise
 
 MOST_EFFECTS = 4
 _SWINGS = 'inertia'  # the effect after which a weight swings
-_LEAST_SHARE = 0.08  # of what is left, that an effect takes away
-_TRIES = 4
 
 
 @dataclass(frozen=True)
@@ -99,49 +81,26 @@ def select(
     calibrated, before_structure = settle_noise(calibrated)
     present = calibrated
     found_structure = before_structure
-    first_ranked: tuple[Candidate, ...] = ()
-    signals: dict[str, float] = {}
-    refitted: dict[str, float] = {}
+    first: Picked | None = None
     accepted: list[str] = []
     contests: dict[str, Contest] = {}
     rejected: list[str] = []
     while len(accepted) < most and present.problem.work.left:
         pool = [e for e in effects if e not in accepted]
-        ranked, seen = screen(present, pool, progress)
-        if not first_ranked:
-            first_ranked, signals = tuple(ranked), seen
-        if not ranked or ranked[0].gain < 0.5 * THRESHOLD:
+
+        def good(rival: Rival, calibrated: Fit = calibrated, without: Fit = present) -> bool:
+            return not accepted or good_company(calibrated, without, rival.fit, OF_REST_AT_FIRST)
+
+        picked = pick(present, found_structure, pool, good, progress)
+        first = first or picked
+        rejected += picked.rejected
+        if picked.rival is None:
             break
-        rivals = rivals_for(present, ranked, progress)
-        bare = penalised(present)
-        if not accepted:
-            refitted = {r.effect: bare - r.score for r in rivals}
-        picked = None
-        for _ in range(_TRIES):
-            rivals = [r for r in rivals if bare - r.score >= THRESHOLD]
-            if not rivals:
-                break
-            if len(rivals) > 1:
-                settled, close = rescored(present, rivals)
-                effect = prefer(close, settled).effect
-                pick = next(r for r in rivals if r.effect == effect)
-            else:
-                pick = rivals[0]
-            enough = share(found_structure, present, pick.fit) >= _LEAST_SHARE and (
-                not accepted or good_company(calibrated, present, pick.fit, OF_REST_AT_FIRST)
-            )
-            if enough and confirmation(present, pick.fit)[0].holds:
-                picked = pick
-                break
-            rejected.append(pick.effect)
-            rivals = [r for r in rivals if r is not pick]
-        if picked is None:
-            break
-        accepted.append(picked.effect)
-        drop = bare - picked.score
-        contests[picked.effect] = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
-        present = picked.fit
-        if picked.effect == _SWINGS:
+        effect = picked.rival.effect
+        accepted.append(effect)
+        contests[effect] = picked.contest
+        present = picked.rival.fit
+        if effect == _SWINGS:
             calibrated, present = calmed(calibrated, present), calmed(present, present)
         present, found_structure = settle_noise(present, 1)
     present, accepted, contests = revise(present, accepted, effects, contests, progress)
@@ -149,7 +108,13 @@ def select(
         present, found_structure = settle_noise(present, 1)
     present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated)
     if accepted:
+        pool = [e for e in effects if e not in (*accepted, _SWINGS)]
+        found = companions(present, accepted, pool, calibrated, most, progress)
+        present, contests, standing = found.fit, contests | found.contests, standing | found.standing
+        accepted += found.contests
         found_structure = structures(present)
+        if not found.other_conditions:
+            kept_back = stretches(present.problem)
     # Compared under one noise: the final model's.
     reference = with_noise(calibrated, dict(present.problem.noise))
     chosen = []
@@ -164,9 +129,9 @@ def select(
         held_out(present, kept_back),
         before_structure,
         found_structure,
-        first_ranked,
-        refitted,
-        signals,
+        first.ranked if first else (),
+        dict(first.refitted) if first else {},
+        dict(first.signals) if first else {},
         tuple(rejected),
         kept_back[0].whole is not None,
     )

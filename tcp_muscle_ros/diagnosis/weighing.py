@@ -45,10 +45,10 @@ def robust_noise(fitted: Fit, found: dict[str, Structure]) -> dict[str, Noise]:
 
 def with_noise(fitted: Fit, noise: dict[str, Noise]) -> Fit:
     """The same fit under another noise."""
-    return _refitted(fitted, fitted.problem.with_noise(noise))
+    return refitted(fitted, fitted.problem.with_noise(noise))
 
 
-def _refitted(fitted: Fit, problem: Problem) -> Fit:
+def refitted(fitted: Fit, problem: Problem) -> Fit:
     """The fit of a problem that weighs the same data otherwise, from where they were fitted."""
     return fit(problem, fitted.z, rounds=20, tolerance=1e-5, known=fitted.rough_slopes)
 
@@ -66,7 +66,7 @@ def calmed(fitted: Fit, swings: Fit) -> Fit:
                 still, moving = (float(np.mean(left[name][part] ** 2)) for part in (~o.swinging, o.swinging))
                 observed[name] = replace(o, calm=min(1.0, float(np.sqrt(still / max(moving, 1e-300)))))
         experiments.append(replace(experiment, observed=observed))
-    return _refitted(fitted, replace(fitted.problem, experiments=tuple(experiments)))
+    return refitted(fitted, replace(fitted.problem, experiments=tuple(experiments)))
 
 
 def settle_noise(fitted: Fit, rounds: int = 2) -> tuple[Fit, dict[str, Structure]]:

@@ -1,5 +1,6 @@
 """The muscle as everyone uses it: one that steps, and a whole recording at once."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import isfinite
 from typing import NamedTuple
@@ -15,6 +16,7 @@ from tcp_muscle_ros.muscle.electrical import CURRENT, KINDS, POWER, VOLTAGE
 from tcp_muscle_ros.muscle.parameters import Parameters
 
 ENDS = ('load', 'blocked', 'spring')
+_PIECE = 50_000  # instants of a recording that are shown at once
 _KIND = dict(zip(KINDS, (CURRENT, POWER, VOLTAGE), strict=True))
 
 
@@ -36,6 +38,9 @@ class Reading(NamedTuple):
     in_domain: bool
     slack: bool
     velocity: float
+
+
+_COLUMNS = tuple(name for name in Reading._fields if name != 'velocity')  # as the stepper shows them
 
 
 @dataclass(frozen=True)
@@ -223,6 +228,7 @@ def simulate(
     temperature: float | None = None,
     resolution: float = 1.0,
     hottest: float | None = None,
+    only: Collection[str] | None = None,
 ) -> Outputs:
     """Simulate a recording: what is shown at ``time[k]``, with input k held until ``time[k + 1]``.
 
@@ -240,11 +246,12 @@ def simulate(
             thousand of a quick change and not one in a million, does with 0.125.
         hottest: K, up to which processes that heat quickens are followed, and beyond held; default the end of the
             model's domain, 120 degC. A fit of a recording that stays cooler needs fewer substeps.
+        only: the outputs to keep; the others come back empty, shape (0,). Long recordings then need less memory.
 
     Raises:
         BadInput: times that do not increase, lengths that differ, values that are not finite.
     """
-    times = np.ascontiguousarray(time, dtype=np.float64)
+    times = np.require(time, np.float64, ('C', 'W'))
     if times.ndim != 1 or times.size == 0 or not (np.all(np.isfinite(times)) and np.all(np.diff(times) > 0.0)):
         raise BadInput('time: expected one finite, increasing column with at least one entry')
 
@@ -252,9 +259,10 @@ def simulate(
         given = np.asarray(values, dtype=np.float64)
         if given.shape not in ((), times.shape):
             raise BadInput(f'{name}: expected a number or {times.size} entries, as time has; got shape {given.shape}')
-        filled = np.array(np.broadcast_to(given, times.shape))
-        if not np.all(np.isfinite(filled)):
-            raise BadInput(f'{name}: entry {int(np.argmin(np.isfinite(filled)))} is not a finite number')
+        filled = np.full(times.shape, given) if given.shape == () else np.require(given, requirements=('C', 'W'))
+        finite = np.isfinite(filled)
+        if not finite.all():
+            raise BadInput(f'{name}: entry {int(np.argmin(finite))} is not a finite number')
         return filled
 
     drives = column('drive', drive)
@@ -273,13 +281,21 @@ def simulate(
         temperature=temperature,
     )
     muscle._impose(float(drives.min()), kind, None, None)
-    shown = stepping.blank_outputs(times.size)
-    stepping.run(
-        muscle.state, muscle.imposed, parameters.followed(resolution, hottest), muscle._on, muscle._q, muscle._work,
-        times, drives, loads, ambients, muscle._y, shown,
-    )  # fmt: skip
-    *values, in_domain, slack = shown
-    columns = dict(zip(Reading._fields, values, strict=False))
-    return Outputs(
-        time=times, in_domain=in_domain > 0.5, slack=slack > 0.5, heated=muscle.heated, lost=muscle.lost, **columns
-    )
+    followed = parameters.followed(resolution, hottest)
+    kept = [k for k, name in enumerate(_COLUMNS) if only is None or name in only]
+    found = np.empty((len(kept), times.size))
+    at_once = times.size if only is None else _PIECE
+    for first in range(0, max(times.size - 1, 1), at_once):
+        piece = slice(
+            first, first + at_once + 1
+        )  # with the first instant of the next: no time passes while it is shown
+        shown = found if only is None else stepping.blank_outputs(times[piece].size)
+        stepping.run(
+            muscle.state, muscle.imposed, followed, muscle._on, muscle._q, muscle._work,
+            times[piece], drives[piece], loads[piece], ambients[piece], muscle._y, shown,
+        )  # fmt: skip
+        if only is not None:
+            found[:, piece] = shown[kept]
+    columns = dict.fromkeys(_COLUMNS, np.empty(0)) | dict(zip((_COLUMNS[k] for k in kept), found, strict=True))
+    in_domain, slack = (columns.pop(name) > 0.5 for name in ('in_domain', 'slack'))
+    return Outputs(time=times, in_domain=in_domain, slack=slack, heated=muscle.heated, lost=muscle.lost, **columns)

@@ -321,13 +321,18 @@ class _Reader:
 
     def ticks(self) -> Ticks | None:
         """When the muscle's own stamped messages were logged, and what they are stamped."""
-        logs, stamps = [], []
+        logs: list[Index] = []
+        stamps: list[Index] = []
         for topic in self._tick_topics:
-            if topic in self._topics and (stamp := self._topics[topic].stamp) is not None:
+            stamp = self._topics[topic].stamp if topic in self._topics else None
+            # Of a stamp that several have, the first's log time counts; most have the same stamps.
+            if stamp is not None and not any(np.array_equal(stamp, other) for other in stamps):
                 logs.append(self._topics[topic].log)
                 stamps.append(stamp)
         if not logs:
             return None
+        if len(logs) == 1 and _increase(logs[0]) and _increase(stamps[0]):
+            return Ticks(logs[0], stamps[0]) if len(stamps[0]) > 1 else None
         stamp, first = np.unique(np.concatenate(stamps), return_index=True)
         if len(stamp) < 2:
             return None
@@ -344,6 +349,10 @@ class _Reader:
         if source.explicit:
             return samples.log + ticks.clock_offset
         return ticks.of(samples.log)
+
+
+def _increase(time: Index) -> bool:
+    return bool(np.all(time[1:] > time[:-1]))
 
 
 def _own_number(types: 'Typesdict', kind: str, where: str) -> str:

@@ -9,6 +9,7 @@ from scipy.ndimage import median_filter
 from tcp_muscle_ros.recording.cdr import Index
 
 _OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
+_AT_ONCE = 1_000_000  # messages
 _RHYTHM = 101  # messages over which a topic's rhythm among the ticks is judged
 
 
@@ -34,24 +35,34 @@ class Ticks:
         tick that its neighbours' rhythm says, unless that is further than half a period. A tick takes one message, and
         the order of the log stays.
         """
-        order = np.argsort(log, kind='stable') if np.any(log[1:] < log[:-1]) else slice(None)
-        log = log[order]
+        order = np.argsort(log, kind='stable') if np.any(log[1:] < log[:-1]) else None
+        log = log if order is None else log[order]
         half_period = float(np.median(np.diff(self.stamp))) / 2
-        after = np.clip(np.searchsorted(self.log, log), 1, len(self.log) - 1)
-        nearest_tick = np.where(log - self.log[after - 1] <= self.log[after] - log, after - 1, after)
-        count = np.arange(len(log))
-        tick = nearest_tick
-        if np.any(np.diff(tick) <= 0):  # two messages nearest to one tick
+        # Some at a time: a long recording's many steps on the way to this would be larger than it is.
+        parts = [self._nearest(log[at : at + _AT_ONCE]) for at in range(0, len(log), _AT_ONCE)]
+        nearest_tick = tick = np.concatenate([np.empty(0, np.int64), *parts])
+        del parts
+        if np.any(tick[1:] <= tick[:-1]):  # two messages nearest to one tick
+            count = np.arange(len(log))
             rhythm = count + median_filter(nearest_tick - count, size=_RHYTHM, mode='reflect')
             rhythm = np.clip(rhythm, 0, len(self.log) - 1)
             tick = np.where(np.abs(self.log[rhythm] - log) <= half_period, rhythm, nearest_tick)
         fits = np.abs(self.log[tick] - log) <= half_period
         first = np.append(True, np.maximum.accumulate(np.where(fits, tick, -1))[:-1] < tick[1:])
         fits &= first
-        time = np.where(fits, self.stamp[tick], log + self.clock_offset)
+        time = self.stamp[tick]
+        time[~fits] = log[~fits] + self.clock_offset
+        time = _between_neighbours(time, fits)
+        if order is None:
+            return time
         in_order = np.empty_like(time)
-        in_order[order] = _between_neighbours(time, fits)
+        in_order[order] = time
         return in_order
+
+    def _nearest(self, log: Index) -> Index:
+        """The tick that was logged nearest to each of these."""
+        after = np.clip(np.searchsorted(self.log, log), 1, len(self.log) - 1)
+        return np.where(log - self.log[after - 1] <= self.log[after] - log, after - 1, after)
 
 
 def _between_neighbours(time: Index, sure: NDArray[np.bool_]) -> Index:

@@ -60,7 +60,7 @@ def test_the_checks_of_the_recordings_are_in_the_report():
 @pytest.mark.processes
 @pytest.mark.slow
 def test_an_interrupted_diagnosis_leaves_a_partial_report(bag, tmp_path):
-    bags = [str(bag)] * 40  # long enough to be caught at it
+    bags = [str(bag)] * 15  # long enough to be caught at it
     # Who starts the tests in the background has SIGINT ignored, and that is inherited.
     process = subprocess.Popen(
         ['env', '--default-signal=INT', *TOOL, 'diagnose', *bags, '--output', str(tmp_path / 'report')],

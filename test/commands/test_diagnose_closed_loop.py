@@ -15,14 +15,14 @@ pytestmark = [pytest.mark.processes, pytest.mark.slow]
 # Another specimen than the nominal one; the controller knows nothing of it.
 SPECIMEN = {'hA': 0.024, 'C': 0.19, 'R0': 13.0, 'B': 1.5}
 NOISE = {'displacement_noise_m': 3e-5, 'temperature_noise_k': 0.1, 'resistance_noise_ohm': 5e-3}
-DURATION = 45.0  # s
+DURATION = 32.0  # s
 
 
 def setpoint(t):
     """Three steps, a sine, a release; m."""
-    if 18.0 <= t < 34.0:
-        return 0.018 + 0.005 * math.cos(math.pi * t / 8.0)
-    return 0.012 if 1.0 <= t < 10.0 else 0.025 if 10.0 <= t < 18.0 else 0.0
+    if 14.0 <= t < 24.0:
+        return 0.018 + 0.005 * math.cos(math.pi * (t - 14.0) / 5.0)
+    return 0.012 if 1.0 <= t < 8.0 else 0.025 if 8.0 <= t < 14.0 else 0.0
 
 
 @pytest.fixture(scope='module')

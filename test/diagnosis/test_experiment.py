@@ -48,6 +48,14 @@ def test_the_true_muscle_predicts_its_own_recording_at_any_averaging(most):
     assert np.max(np.abs(predicted['resistance'] - experiment.observed['resistance'].value)) < 0.1 * tolerance
 
 
+def test_a_beginning_shows_what_the_whole_shows():
+    whole = prepare(stepped(), NOMINAL)
+    beginning = whole.until(50.0)
+    for name, shown in beginning.predict(NOMINAL).items():
+        np.testing.assert_array_equal(shown, whole.predict(NOMINAL)[name][: shown.size])
+        assert 0 < shown.size < whole.observed[name].time.size
+
+
 def test_the_force_at_a_loaded_end_is_the_load():
     made = recording(
         current=(TIME, CURRENT), displacement=(TIME, 1e-3 * CURRENT), force=(TIME, np.full(TIME.size, 0.5))

@@ -6,9 +6,9 @@ from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.calibration import calibrate
 from tcp_muscle_ros.diagnosis.candidates import screen, variants
-from tcp_muscle_ros.diagnosis.form import inflation
 from tcp_muscle_ros.diagnosis.holdout import confirmation
 from tcp_muscle_ros.diagnosis.rivals import grow, rivals_for
+from tcp_muscle_ros.diagnosis.sandwich import inflation
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence
 from tcp_muscle_ros.diagnosis.unknowns import effect_unknowns
 from tcp_muscle_ros.diagnosis.weighing import settle_noise

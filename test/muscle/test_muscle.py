@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ENDS, KINDS, ZERO_CELSIUS, Muscle, Parameters, Reading, simulate
+from tcp_muscle_ros.muscle import muscle as module
 
 A = Parameters.named('karami_tadesse_2017')
 NAN, INF = float('nan'), float('inf')
@@ -52,6 +53,20 @@ def test_twice_the_same_is_the_same(end):
     for name in Reading._fields:
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
     assert (first.heated, first.lost) == (second.heated, second.lost)
+
+
+@pytest.mark.parametrize('effects', [(), ('hysteresis', 'creep', 'inertia', 'thermocouple_lag', 'airflow')])
+@pytest.mark.parametrize('end', ENDS)
+def test_a_recording_in_pieces_is_the_whole_bit_for_bit(end, effects, monkeypatch):
+    muscle = A.with_effects(*effects)
+    whole = simulate(muscle, TIME, CURRENT, load=LOAD, ambient=AMBIENT, **OPTIONS[end])
+    monkeypatch.setattr(module, '_PIECE', 37)
+    parts = simulate(
+        muscle, TIME, CURRENT, load=LOAD, ambient=AMBIENT, only=('displacement', 'temperature', 'slack'), **OPTIONS[end]
+    )
+    for name in ('displacement', 'temperature', 'slack', 'heated', 'lost'):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name), err_msg=name)
+    assert parts.force.size == 0
 
 
 @given(st.integers(1, TIME.size - 1))

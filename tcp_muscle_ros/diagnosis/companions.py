@@ -1,0 +1,84 @@
+"""Companions that a stronger effect's form hides: sought with what the forms of those found may miss allowed for."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from tcp_muscle_ros.diagnosis.company import OF_ALL, Contest, good_company, largest_share
+from tcp_muscle_ros.diagnosis.fitting import Fit
+from tcp_muscle_ros.diagnosis.forms import allowing_forms
+from tcp_muscle_ros.diagnosis.holdout import Gain, confirmation
+from tcp_muscle_ros.diagnosis.picking import pick
+from tcp_muscle_ros.diagnosis.rivals import Rival, shrink
+from tcp_muscle_ros.diagnosis.weighing import settle_noise, structures
+from tcp_muscle_ros.muscle import EFFECTS
+
+_OF_ALL = 0.003  # of what was missed: less, and a form that misses more than is allowed for may be taken for another
+_OF_REST = 0.4  # of what is left without it
+
+
+@dataclass(frozen=True)
+class Companions:
+    """What was found beside others: the fit with all of them, and of each its contest, and its standing (what unseen
+    data say, its share of all that was missed); whether unseen data were ``other_conditions`` for all."""
+
+    fit: Fit
+    contests: dict[str, Contest]
+    standing: dict[str, tuple[Gain, float]]
+    other_conditions: bool
+
+
+def companions(
+    present: Fit,
+    accepted: Sequence[str],
+    effects: Sequence[str],
+    calibrated: Fit,
+    most: int,
+    progress: Callable[[], None] | None,
+) -> Companions:
+    """Those of ``effects`` that go beside those accepted, ``most`` in all; each must hold on unseen data in the company
+    of the others."""
+    contests: dict[str, Contest] = {}
+    while len(accepted) + len(contests) < most and present.problem.work.left:
+        others = (*accepted, *contests)
+        beside = _beside(present, others)
+
+        def good(rival: Rival, beside: Fit = beside) -> bool:
+            return good_company(calibrated, beside, rival.fit, _OF_REST, _least(rival))
+
+        picked = pick(beside, structures(beside), [e for e in effects if e not in contests], good, progress)
+        if picked.rival is None:
+            break
+        present = picked.rival.fit
+        contests[picked.rival.effect] = picked.contest
+    standing: dict[str, tuple[Gain, float]] = {}
+    other_conditions = True
+    for effect in sorted(contests, key=lambda e: contests[e][0]):
+        beside = _beside(present, (*accepted, *(e for e in contests if e != effect)))
+        bare = shrink(beside, effect)
+        gain, looked_at = confirmation(bare, beside)
+        if gain.holds:
+            standing[effect] = gain, largest_share(calibrated, bare, beside)
+            other_conditions &= looked_at[0].whole is not None
+        else:
+            present = bare
+            del contests[effect]
+    return Companions(_beside(present, ()), contests, standing, other_conditions)
+
+
+@lru_cache(maxsize=4)
+def _beside(present: Fit, others: tuple[str, ...]) -> Fit:
+    """The fit by which an effect beside these others is judged: what their forms may miss is allowed for."""
+    allowed = allowing_forms(present, others)
+    return present if allowed is present else settle_noise(allowed, 1)[0]
+
+
+def _least(rival: Rival) -> float:
+    """Of all that was missed, what an effect must take away beside others.
+
+    What differs from recording to recording bends to what any form misses; beside a draught, whose course is free, no
+    form misses much.
+    """
+    if EFFECTS[rival.effect].circumstance:
+        return OF_ALL
+    return 0.0 if any(e.draught is not None for e in rival.fit.problem.experiments) else _OF_ALL

@@ -1,0 +1,52 @@
+"""What a listed form may miss: allowed for as an error of known size, and taken back."""
+
+import numpy as np
+import pytest
+from diagnosis.made import NOMINAL, TIME, TRUE, experiment
+
+from tcp_muscle_ros.diagnosis.calibration import calibrate
+from tcp_muscle_ros.diagnosis.candidates import screen
+from tcp_muscle_ros.diagnosis.discrepancy import expected, whitening_of
+from tcp_muscle_ros.diagnosis.experiment import Observed
+from tcp_muscle_ros.diagnosis.forms import allowing_forms
+from tcp_muscle_ros.diagnosis.noise import Noise
+from tcp_muscle_ros.diagnosis.rivals import FORM, rivals_for
+from tcp_muscle_ros.diagnosis.weighing import settle_noise
+
+
+@pytest.mark.parametrize('phi', [0.0, 0.7])
+def test_an_allowed_error_weighs_what_its_covariance_says(phi):
+    """Against the same with full matrices: noise of one colour, and columns of independent unit sizes."""
+    rng = np.random.default_rng(5)
+    time, noise = np.arange(120) * 0.2, Noise(0.3, phi)
+    columns = np.column_stack([np.sin(time), np.linspace(0.0, 2.0, 120), rng.standard_normal(120)])
+    observed = Observed(time, np.zeros(120), np.ones(120), discrepancy=columns)
+    left = columns @ np.array([0.5, -1.0, 2.0]) + 0.3 * rng.standard_normal(120)
+    of_noise = noise.sigma**2 * phi ** np.abs(np.subtract.outer(np.arange(120), np.arange(120)))
+    together = of_noise + columns @ columns.T
+    white = whitening_of(observed, noise)(left)
+    assert white @ white == pytest.approx(left @ np.linalg.solve(together, left), rel=1e-9)
+    most_likely = columns @ columns.T @ np.linalg.solve(together, left)
+    np.testing.assert_allclose(expected(observed, noise, left), most_likely, atol=1e-9)
+
+
+def test_forms_are_allowed_for_and_taken_back():
+    muscle = TRUE.with_effects('natural_convection')
+    loads = (0.3, np.select([np.mod(TIME, 70.0) < 20.0, np.mod(TIME, 70.0) < 45.0], [0.3, 1.2], 0.6))
+    runs = [experiment(('temperature', 'displacement'), 0.27, load, k, muscle=muscle) for k, load in enumerate(loads)]
+    fitted = settle_noise(calibrate(runs, NOMINAL).fit)[0]
+    (found,) = rivals_for(fitted, screen(fitted, ['natural_convection'])[0], None)
+    plain = settle_noise(found.fit)[0]
+    allowed = allowing_forms(plain, ['natural_convection'])
+    for mine in allowed.problem.experiments:
+        for observed in mine.observed.values():
+            # A quarter of what the effect shows beside what the parameters mimic, at every instant.
+            assert observed.discrepancy is not None
+            assert 0.0 < np.max(np.abs(observed.discrepancy)) < 4.0 * FORM * np.ptp(observed.value)
+    # The form is the muscle's own here: hardly anything is taken for an error of it.
+    for left, weighed in zip(allowed.left, allowed.weighed, strict=True):
+        for name, mine in left.items():
+            assert np.std(mine - weighed[name]) < 0.5 * allowed.problem.noise[name].sigma
+    back = allowing_forms(allowed, ())
+    assert all(o.discrepancy is None for e in back.problem.experiments for o in e.observed.values())
+    assert back.objective == pytest.approx(plain.objective, rel=1e-4)
