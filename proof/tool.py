@@ -14,9 +14,10 @@ from tcp_muscle_ros.commands.diagnose import prepared
 from tcp_muscle_ros.commands.model_arguments import DEFAULT_SET
 from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, quick_noise
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
-from tcp_muscle_ros.diagnosis.experiment import Experiment, prepare
+from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.findings import Diagnosis
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
+from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, base_unknowns
 from tcp_muscle_ros.muscle import Outputs, Parameters

@@ -27,7 +27,9 @@ from pathlib import Path
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
-from tcp_muscle_ros.diagnosis.experiment import Conditions, Experiment, prepare
+from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.holding import Conditions
+from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.diagnosis.replaying import replay
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.parameter_file import read, write

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.experiment import prepare
+from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.diagnosis.replaying import replay
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.csv_import import csv_files, import_runs

@@ -98,7 +98,7 @@ def prepared(
 ) -> tuple[list[Mended], list[Experiment]]:
     """What a model can follow of each recording, and all its parts as experiments of at most so many observations."""
     from tcp_muscle_ros.commands.model_arguments import conditions
-    from tcp_muscle_ros.diagnosis.experiment import prepare
+    from tcp_muscle_ros.diagnosis.prepare import prepare
 
     given = conditions(nominal)
     mended = [_mended(recording, given.ambient) for recording in recordings]
@@ -150,7 +150,7 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
     from dataclasses import replace
 
     from tcp_muscle_ros.commands.model_arguments import conditions
-    from tcp_muscle_ros.diagnosis.experiment import prepare
+    from tcp_muscle_ros.diagnosis.prepare import prepare
     from tcp_muscle_ros.diagnosis.replaying import replayed_rmse
     from tcp_muscle_ros.parameter_file import ParameterFile
     from tcp_muscle_ros.report.protocol_file import operating_with_room, physics_only

@@ -6,7 +6,8 @@ import argparse
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tcp_muscle_ros.diagnosis.experiment import Conditions, Experiment
+    from tcp_muscle_ros.diagnosis.experiment import Experiment
+    from tcp_muscle_ros.diagnosis.holding import Conditions
     from tcp_muscle_ros.parameter_file import ParameterFile
 
 DEFAULT_SET = 'karami_tadesse_2017'
@@ -26,7 +27,7 @@ def add_parameter_argument(parser: argparse.ArgumentParser, *, required: bool = 
 
 def conditions(file: ParameterFile) -> Conditions:
     """What the parameter file says of the run: load, ambient, end. Only what stands in it."""
-    from tcp_muscle_ros.diagnosis.experiment import Conditions
+    from tcp_muscle_ros.diagnosis.holding import Conditions
     from tcp_muscle_ros.muscle import ZERO_CELSIUS
 
     given = file.operating
@@ -43,7 +44,7 @@ def conditions(file: ParameterFile) -> Conditions:
 def read_experiments(args: argparse.Namespace, paths: list[str], most: int | None = None) -> list[Experiment]:
     """Read bags as the shared arguments say and make them ready for the model."""
     from tcp_muscle_ros.commands.bag_arguments import read_bags
-    from tcp_muscle_ros.diagnosis.experiment import prepare
+    from tcp_muscle_ros.diagnosis.prepare import prepare
     from tcp_muscle_ros.parameter_file import read
 
     file = read(args.params)

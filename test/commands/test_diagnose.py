@@ -11,7 +11,7 @@ import pytest
 from report.diagnoses import NOMINAL, match
 
 from tcp_muscle_ros.commands.diagnose import with_issues
-from tcp_muscle_ros.diagnosis.experiment import prepare
+from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.parameter_file import read
 from tcp_muscle_ros.recording.bag_writer import write_recording
 from tcp_muscle_ros.recording.mending import Mended

@@ -5,7 +5,9 @@ import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.experiment import Conditions, Experiment, Observed, prepare
+from tcp_muscle_ros.diagnosis.experiment import Experiment, Observed
+from tcp_muscle_ros.diagnosis.holding import Conditions
+from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.muscle import simulate
 from tcp_muscle_ros.recording.recording import Channel, Recording
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
-from tcp_muscle_ros.diagnosis.experiment import prepare
+from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.bag import read_bag
 
