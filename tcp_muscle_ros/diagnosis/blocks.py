@@ -7,7 +7,7 @@ from typing import overload
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.experiment import Observed
-from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.arrays import Array, Mask
 from tcp_muscle_ros.recording.plausibility import distance
 from tcp_muscle_ros.recording.recording import Channel
 
@@ -25,8 +25,9 @@ def hold(channel: Channel | float, grid: Array) -> Array:
     """The value that holds at each instant: the latest at or before it (the first before the first)."""
     if not isinstance(channel, Channel):
         return np.full(grid.size, channel)
-    at = np.searchsorted(channel.time, grid + _SAME_INSTANT, side='right') - 1
-    return channel.value[np.maximum(at, 0)]
+    at = np.searchsorted(channel.time, grid + _SAME_INSTANT, side='right')
+    at -= 1
+    return channel.value[np.maximum(at, 0, out=at)]
 
 
 def changes(channel: Channel | float) -> Array:
@@ -109,10 +110,9 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
     steps = _steps(load, channel)
     if steps.size and channel.time.size > 1:
         near = _UNSURE * float(np.median(np.diff(channel.time)))
-        kept &= distance(channel.time, steps) > near
+        kept &= ~_within(channel.time, steps - near, 2.0 * near)
     time, value = (channel.time, channel.value) if kept.all() else (channel.time[kept], channel.value[kept])
-    since = _since(steps, time)
-    ringing, swinging = since < _RINGING, since < _SWINGING
+    ringing, swinging = _within(time, steps, _RINGING), _within(time, steps, _SWINGING)
     moves = channel.name in ('displacement', 'force') and bool(swinging.any())
     if most is None or time.size <= most:
         return Observed(time, value, np.broadcast_to(1.0, time.size), swinging if moves else None)
@@ -128,7 +128,9 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
     return Observed(*means, count, np.bincount(label, swinging) > 0.0 if moves else None)
 
 
-def _since(events: Array, time: Array) -> Array:
-    """How long ago (s) the last of the events was at each instant; inf before any."""
-    before = np.searchsorted(events, time, side='right')
-    return np.asarray(time - np.append(-np.inf, events)[before])
+def _within(time: Array, events: Array, span: float) -> Mask:
+    """Which instants are at an event or less than ``span`` (s) after one."""
+    found = np.zeros(time.size, dtype=bool)
+    for begin, end in zip(np.searchsorted(time, events), np.searchsorted(time, events + span), strict=True):
+        found[begin:end] = True
+    return found

@@ -5,8 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from tcp_muscle_ros.diagnosis.calibration import calibrate
+from tcp_muscle_ros.diagnosis.candidates import screen
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
+from tcp_muscle_ros.diagnosis.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.prepare import prepare
+from tcp_muscle_ros.diagnosis.rivals import rivals_for
+from tcp_muscle_ros.diagnosis.weighing import settle_noise
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.bag import read_bag
 
@@ -20,15 +25,15 @@ NOMINAL = Parameters.named('karami_tadesse_2017')
 SEED = 4711
 
 
+def recorded(folder, number, kind, what):
+    case = make_case('development', SEED, number, kind, what)
+    write_case(case, folder)
+    return [prepare(read_bag(bag), NOMINAL, most=800) for bag in sorted((folder / case.name).glob('recording_*'))]
+
+
 @pytest.fixture
 def diagnosed(tmp_path):
-    def run(number, kind, what):
-        case = make_case('development', SEED, number, kind, what)
-        write_case(case, tmp_path)
-        bags = sorted((tmp_path / case.name).glob('recording_*'))
-        return diagnose([prepare(read_bag(bag), NOMINAL, most=800) for bag in bags], NOMINAL)
-
-    return run
+    return lambda number, kind, what: diagnose(recorded(tmp_path, number, kind, what), NOMINAL)
 
 
 @pytest.mark.slow
@@ -57,3 +62,13 @@ def test_flow_of_another_form_than_the_catalogues_is_found_and_helps_on_unseen_r
     fit = found.fit['displacement']
     assert fit.improved < 0.5 * fit.calibrated
     assert 'viscous_flow' in found.improved.effects or first.effect in found.improved.effects
+
+
+@pytest.mark.slow
+def test_the_course_of_gusts_is_inferred_where_one_gust_is_not_the_weather(tmp_path):
+    calibrated, _ = settle_noise(calibrate(recorded(tmp_path, 5, 'single', 'airflow'), NOMINAL).fit)
+    (named,) = rivals_for(calibrated, screen(calibrated, ['airflow'])[0], None)
+    followed = allowing_forms(named.fit, ['airflow'])
+    for channel in ('temperature', 'displacement'):
+        left = [one.mean_square[channel] ** 0.5 for one in (calibrated, named.fit, followed)]
+        assert left[0] > left[1] > 3.0 * left[2], (channel, left)
