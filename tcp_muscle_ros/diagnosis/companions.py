@@ -13,7 +13,7 @@ from tcp_muscle_ros.diagnosis.rivals import Rival, shrink
 from tcp_muscle_ros.diagnosis.weighing import settle_noise, structures
 from tcp_muscle_ros.muscle import EFFECTS
 
-_OF_ALL = 0.003  # of what was missed: less, and a form that misses more than is allowed for may be taken for another
+_OF_ALL = 0.01  # of what was missed: less is hardly worth a name, and a form may miss more than is allowed for
 _OF_REST = 0.4  # of what is left without it
 
 
