@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from tcp_muscle_ros.diagnosis.company import OF_ALL, Contest, good_company, largest_share
+from tcp_muscle_ros.diagnosis.company import OF_ALL, THRESHOLD, Contest, good_company, largest_share
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.holdout import Gain, confirmation
@@ -14,6 +14,7 @@ from tcp_muscle_ros.diagnosis.weighing import settle_noise, structures
 from tcp_muscle_ros.muscle import EFFECTS
 
 _OF_ALL = 0.01  # of what was missed: less is hardly worth a name, and a form may miss more than is allowed for
+_PROMISES = 2.0 * THRESHOLD  # worth the time of its refits: what is found promises several times as much
 _OF_REST = 0.4  # of what is left without it
 
 
@@ -46,7 +47,8 @@ def companions(
         def good(rival: Rival, beside: Fit = beside) -> bool:
             return good_company(calibrated, beside, rival.fit, _OF_REST, _least(rival))
 
-        picked = pick(beside, structures(beside), [e for e in effects if e not in contests], good, progress)
+        pool = [e for e in effects if e not in contests]
+        picked = pick(beside, structures(beside), pool, good, progress, least=_PROMISES)
         if picked.rival is None:
             break
         present = picked.rival.fit

@@ -35,10 +35,14 @@ def pick(
     pool: Sequence[str],
     good: Callable[[Rival], bool],
     progress: Callable[[], None] | None,
+    least: float = 0.5 * THRESHOLD,
 ) -> Picked:
-    """Pick one of ``pool`` to go beside what ``present`` has, which leaves ``structure``; ``good`` asks for more."""
+    """Pick one of ``pool`` to go beside what ``present`` has, which leaves ``structure``; ``good`` asks for more.
+
+    Nothing is refitted where no candidate promises to lower the misfit by ``least``.
+    """
     ranked, signals = screen(present, pool, progress)
-    if not ranked or ranked[0].gain < 0.5 * THRESHOLD:
+    if not ranked or ranked[0].gain < least:
         return Picked(None, (0.0, []), None, tuple(ranked), signals, {}, ())
     rivals = rivals_for(present, ranked, progress)
     bare = penalised(present)
