@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 from tcp_muscle_ros.diagnosis.company import OF_ALL, THRESHOLD, Contest, good_company, largest_share
 from tcp_muscle_ros.diagnosis.fitting import Fit
@@ -68,7 +67,6 @@ def companions(
     return Companions(_beside(present, ()), contests, standing, other_conditions)
 
 
-@lru_cache(maxsize=4)
 def _beside(present: Fit, others: tuple[str, ...]) -> Fit:
     """The fit by which an effect beside these others is judged: what their forms may miss is allowed for."""
     allowed = allowing_forms(present, others)

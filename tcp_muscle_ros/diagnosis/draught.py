@@ -21,7 +21,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 EFFECT = 'airflow'
 _APART, _MOST = 4.0, 90  # s between the knots of a course; and how many at most
 _USUAL = 0.5  # the size of w
-_LEAST = -0.8
+_LEAST = -0.8  # of w: no air is so still that nothing is lost
 _UNSURE = 0.15  # of w, that stays unknown
 _ROUNDS = 4
 _STEP, _WORKERS = 0.05, 2

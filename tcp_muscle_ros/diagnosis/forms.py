@@ -16,14 +16,13 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Drivers, drivers, hats
 from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO, Problem, Shown
 from tcp_muscle_ros.diagnosis.rivals import FORM
-from tcp_muscle_ros.diagnosis.weighing import refitted
+from tcp_muscle_ros.diagnosis.weighing import SWINGS, refitted
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array
 
 _SHARES = np.linspace(0.0, 1.0, 5)  # of all temperatures, warming and cooling
 _MOMENTS = 24  # of a recording, for what is a circumstance of each
 _NOTHING = 0.05  # of the noise
-_SWINGS = 'inertia'  # what is left of it has its own weight (see weighing.calmed)
 
 
 def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
@@ -36,7 +35,7 @@ def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
     plain = _with(fitted.problem)
     ways: list[dict[str, list[Array]]] = [{} for _ in plain.experiments]
     for effect in effects:
-        if effect == _SWINGS:
+        if effect == SWINGS:  # what is left of it has its own weight (see weighing.calmed)
             continue
         found = _unsure(plain) if effect == draught.EFFECT else _bent(fitted, plain, effect)
         for mine, more in zip(ways, found, strict=True):

@@ -7,7 +7,7 @@ from tcp_muscle_ros.diagnosis.candidates import Candidate, screen
 from tcp_muscle_ros.diagnosis.company import THRESHOLD, Contest, share
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
-from tcp_muscle_ros.diagnosis.holdout import Gain, confirmation
+from tcp_muscle_ros.diagnosis.holdout import confirmation
 from tcp_muscle_ros.diagnosis.rivals import CONTEST, Rival, penalised, prefer, rescored, rivals_for
 
 _LEAST_SHARE = 0.08  # of what is left, that an effect takes away
@@ -16,13 +16,11 @@ _TRIES = 4
 
 @dataclass(frozen=True)
 class Picked:
-    """The effect that was picked (None: none is good enough), with its contest and what unseen data say; all candidates
-    ranked, the signal of each, and by how much each one that was refitted lowers the score; those that were rejected.
-    """
+    """The effect that was picked (None: none is good enough), with its contest; all candidates ranked, the signal of
+    each, and by how much each one that was refitted lowers the score; those that were rejected."""
 
     rival: Rival | None
     contest: Contest
-    gain: Gain | None
     ranked: tuple[Candidate, ...]
     signals: Mapping[str, float]
     refitted: Mapping[str, float]
@@ -43,7 +41,7 @@ def pick(
     """
     ranked, signals = screen(present, pool, progress)
     if not ranked or ranked[0].gain < least:
-        return Picked(None, (0.0, []), None, tuple(ranked), signals, {}, ())
+        return Picked(None, (0.0, []), tuple(ranked), signals, {}, ())
     rivals = rivals_for(present, ranked, progress)
     bare = penalised(present)
     refitted = {r.effect: bare - r.score for r in rivals}
@@ -57,12 +55,11 @@ def pick(
             settled, close = rescored(present, rivals)
             effect = prefer(close, settled).effect
             first = next(r for r in rivals if r.effect == effect)
-        if share(structure, present, first.fit) >= _LEAST_SHARE and good(first):
-            gain, _ = confirmation(present, first.fit)
-            if gain.holds:
-                drop = bare - first.score
-                contest = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
-                return Picked(first, contest, gain, tuple(ranked), signals, refitted, tuple(rejected))
+        enough = share(structure, present, first.fit) >= _LEAST_SHARE and good(first)
+        if enough and confirmation(present, first.fit)[0].holds:
+            drop = bare - first.score
+            contest = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
+            return Picked(first, contest, tuple(ranked), signals, refitted, tuple(rejected))
         rejected.append(first.effect)
         rivals = [r for r in rivals if r is not first]
-    return Picked(None, (0.0, []), None, tuple(ranked), signals, refitted, tuple(rejected))
+    return Picked(None, (0.0, []), tuple(ranked), signals, refitted, tuple(rejected))

@@ -9,7 +9,7 @@ from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment, Im
 from tcp_muscle_ros.diagnosis.holding import Conditions, holding_of, number
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import KINDS, Parameters
-from tcp_muscle_ros.recording.recording import OUTPUTS, Channel, Recording
+from tcp_muscle_ros.recording.recording import OUTPUTS, Channel, Recording, shared
 
 _LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
 
@@ -55,8 +55,7 @@ def prepare(
     blocks: dict[str, Observed] = {}
     for name, channel in observed.items():
         made = averaged(channel, drive, load, most, start)
-        same = next((b.time for b in blocks.values() if np.array_equal(b.time, made.time)), made.time)
-        blocks[name] = replace(made, time=same)
+        blocks[name] = replace(made, time=shared(made.time, (other.time for other in blocks.values())))
     grid = instants_of([channel.time for channel in blocks.values()], drive, load, start, end)
     imposed = Imposed(
         kind,

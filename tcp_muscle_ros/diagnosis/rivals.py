@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -69,7 +68,6 @@ def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit:
     return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=False)
 
 
-@lru_cache(maxsize=4)
 def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
     """Refit without one of the effects."""
     problem = without_effect(fitted.problem, effect)

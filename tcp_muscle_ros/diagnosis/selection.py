@@ -18,10 +18,9 @@ from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, held_out, stretches
 from tcp_muscle_ros.diagnosis.picking import Picked, pick
 from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin
-from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise, structures, with_noise
+from tcp_muscle_ros.diagnosis.weighing import SWINGS, calmed, settle_noise, structures, with_noise
 
 MOST_EFFECTS = 4
-_SWINGS = 'inertia'  # the effect after which a weight swings
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,7 @@ def select(
         accepted.append(effect)
         contests[effect] = picked.contest
         present = picked.rival.fit
-        if effect == _SWINGS:
+        if effect == SWINGS:
             calibrated, present = calmed(calibrated, present), calmed(present, present)
         present, found_structure = settle_noise(present, 1)
     present, accepted, contests = revise(present, accepted, effects, contests, progress)
@@ -108,7 +107,7 @@ def select(
         present, found_structure = settle_noise(present, 1)
     present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated)
     if accepted:
-        pool = [e for e in effects if e not in (*accepted, _SWINGS)]
+        pool = [e for e in effects if e not in (*accepted, SWINGS)]
         found = companions(present, accepted, pool, calibrated, most, progress)
         present, contests, standing = found.fit, contests | found.contests, standing | found.standing
         accepted += found.contests

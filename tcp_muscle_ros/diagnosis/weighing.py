@@ -12,6 +12,8 @@ from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.replicates import pure_error
 
+SWINGS = 'inertia'  # the effect after which a weight swings
+
 
 @lru_cache(maxsize=8)
 def structures(fitted: Fit) -> dict[str, Structure]:

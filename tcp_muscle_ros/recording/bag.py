@@ -2,10 +2,10 @@
 
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rosbags.interfaces import Nodetype
@@ -16,7 +16,7 @@ from tcp_muscle_ros.recording.bag_writer import KNOWN
 from tcp_muscle_ros.recording.cdr import DTYPES, Index, field_path
 from tcp_muscle_ros.recording.columns import Topic
 from tcp_muscle_ros.recording.mcap_file import McapFile
-from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, channel_kind
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, channel_kind, shared
 from tcp_muscle_ros.recording.sqlite_file import SqliteFile
 from tcp_muscle_ros.recording.storage import BagFile, StoredMessages, StoredTopic, custom_data
 from tcp_muscle_ros.recording.tick_times import Ticks
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 JOINT_STATES = 'joint_states'
 _FROM_JOINT_STATES = {'displacement': 'position', 'force': 'effort'}
-_Numbers = TypeVar('_Numbers', Index, Array)
 
 
 @dataclass(frozen=True)
@@ -75,7 +74,7 @@ def read_bag(
     for source in sources:
         sample = reader.samples(source)
         if sample is not None and len(sample.value):
-            time = _shared(reader.time(source, sample, ticks), (time for time, _ in on_time.values()))
+            time = shared(reader.time(source, sample, ticks), (time for time, _ in on_time.values()))
             on_time[source] = (time, sample.value)
     if not on_time:
         raise BadInput(f'{path}: empty bag: no readable message on {", ".join(source.topic for source in sources)}')
@@ -83,7 +82,7 @@ def read_bag(
     found: dict[str, Channel] = {}
     for source in list(on_time):
         time, value = _in_order(*on_time.pop(source), source, reader.notes)
-        seconds = _shared((time - start_ns) / 1e9, (channel.time for channel in found.values()))
+        seconds = shared((time - start_ns) / 1e9, (channel.time for channel in found.values()))
         found[source.channel] = Channel(source.channel, seconds, source.unit.to_si(value), source.topic)
     return Recording(str(path), found, start_ns, bag.known(), tuple(bag.all_notes() + reader.notes))
 
@@ -363,11 +362,6 @@ def _own_number(types: 'Typesdict', kind: str, where: str) -> str:
             return str(name)
     fields = ', '.join(name for name, _ in types[kind][1])
     raise BadInput(f'{where}: {kind} has no single number; say which field, as --channel NAME=TOPIC.FIELD: {fields}')
-
-
-def _shared(new: _Numbers, others: Iterable[_Numbers]) -> _Numbers:
-    """The one of the others that is equal, if any: most channels have their samples at the same ticks."""
-    return next((other for other in others if np.array_equal(new, other)), new)
 
 
 def _in_order(time: Index, value: Array, source: _Source, notes: list[str]) -> tuple[Index, Array]:

@@ -1,8 +1,9 @@
 """What was recorded: channels, each on its own time stamps, in SI units."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from tcp_muscle_ros.errors import BadInput, nearest
 
 Array = NDArray[np.float64]
+_Numbers = TypeVar('_Numbers', bound=NDArray[Any])
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,11 @@ CHANNELS: Mapping[str, ChannelKind] = MappingProxyType(
 )
 DRIVES = ('current', 'power', 'voltage')
 OUTPUTS = tuple(kind.name for kind in CHANNELS.values() if kind.role == 'output')
+
+
+def shared(new: _Numbers, others: Iterable[_Numbers]) -> _Numbers:
+    """The one of the others that is equal, if any: most channels have their samples at the same ticks."""
+    return next((other for other in others if np.array_equal(new, other)), new)
 
 
 def channel_kind(name: str, where: str) -> ChannelKind:
