@@ -1,9 +1,11 @@
 """What a selection means: findings with their intervals, where, what remains, the verdict, and the better muscle."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis import slips
 from tcp_muscle_ros.diagnosis.calibration import unit_of
 from tcp_muscle_ros.diagnosis.company import THRESHOLD
 from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment
@@ -28,7 +30,7 @@ from tcp_muscle_ros.diagnosis.next_experiment import propose
 from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
 from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, FORM
 from tcp_muscle_ros.diagnosis.selection import Chosen, Selection
-from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
+from tcp_muscle_ros.diagnosis.sentences import amount, finding_sentence, headline
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 
@@ -37,6 +39,7 @@ LEAST_SIGNAL = 3.0
 # A generic misfit that keeps more than this share of what was there has not been explained by the named effects.
 STILL_UNEXPLAINED = 0.2
 _BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
+_AROUND = 5.0  # s before and after a leap
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
 
 
@@ -70,6 +73,12 @@ def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = No
 
 def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
     found = {}
+    leakage = slips.mean_leakage(fitted) if effect == slips.EFFECT else None
+    if leakage is not None:
+        rate, unsure = leakage
+        row = SPECIFICATIONS[slips.RATE]
+        low, high = max(rate - 1.645 * unsure, row.low), min(rate + 1.645 * unsure, row.high)
+        found[row.name] = Value(rate, low, high, row.unit)
     for k, u in enumerate(fitted.problem.unknowns):
         if not u.name.startswith(f'{effect}.'):
             continue
@@ -105,7 +114,7 @@ def _nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.
     """What the nominal muscle shows, each recording at rest at its stated ambient, zeros of the rig taken out."""
     found = []
     for experiment in fitted.problem.experiments:
-        predicted = experiment.predict(nominal)
+        predicted = replace(experiment, slips=()).predict(nominal)
         for name in FLOATING_ZERO:
             if name in predicted:
                 predicted[name] = predicted[name] + np.mean(experiment.observed[name].value - predicted[name])
@@ -137,8 +146,30 @@ def _fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
     }
 
 
+def _leaps(selection: Selection) -> Unexplained | None:
+    """What leapt from one instant to the next for good, if that was no trifle."""
+    if selection.leapt is None:
+        return None
+    had, has = selection.calibrated.mean_square, selection.leapt.mean_square
+    went = {name: 1.0 - has[name] / had[name] for name in had}
+    channel = max(went, key=lambda name: went[name])
+    when = [
+        (k, e.imposed.time[0], slip)
+        for k, e in enumerate(selection.leapt.problem.experiments)
+        for slip in e.slips
+        if slip.channel == channel
+    ]
+    elapsed = [slip.time - start for _, start, slip in when]
+    k, _, largest = max(when, key=lambda found: abs(found[2].size))
+    around = (k, largest.time - _AROUND, largest.time + _AROUND)
+    return Unexplained(STAGE_OF[channel], channel, went[channel], 'elapsed', min(elapsed), max(elapsed), around)
+
+
 def _unexplained(selection: Selection) -> Unexplained | None:
-    """What remains, if it is real and no trifle beside what was there."""
+    """What remains, if it is real and no trifle beside what was there; what leapt is taken out, not explained."""
+    leaps = _leaps(selection)
+    if leaps is not None and leaps.share >= STILL_UNEXPLAINED:
+        return leaps
     after = selection.structure_after
     had, has = selection.calibrated.mean_square, selection.final.mean_square
     left: dict[str, float] = {}
@@ -270,15 +301,21 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
     return tuple(rows)
 
 
-def improved_muscle(final: Fit) -> Parameters:
+def improved_muscle(selection: Selection) -> Parameters:
     """The muscle with its calibrated parameters and physics.
 
-    What belongs to the sensors stays in the report, and so do circumstances that differed from recording to recording.
+    What belongs to the sensors stays in the report, and so do circumstances that differed from recording to recording;
+    of slips at their own instants it keeps the mean.
     """
+    final = selection.final
     muscle = final.muscle
     own = {u.name.split('.')[0] for u in final.problem.unknowns if '.' in u.name and u.recording is not None}
     physics = [e for e in muscle.effects if EFFECTS[e].stage != 'sensor' and e not in own]
-    return muscle.only_effects(physics)
+    slipped = any(c.effect == slips.EFFECT for c in selection.chosen)
+    leakage = slips.mean_leakage(final) if slipped else None
+    if leakage is None:
+        return muscle.only_effects(physics)
+    return muscle.only_effects([*physics, slips.EFFECT]).replace({slips.RATE: leakage[0], slips.FROM: 0.0})
 
 
 def conclude(
@@ -316,10 +353,10 @@ def conclude(
         unexplained=unexplained,
         next_experiment=_proposal(selection),
         nominal=nominal,
-        improved=improved_muscle(selection.final),
+        improved=improved_muscle(selection),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=(*notes(experiments), *_unseen(selection), *_cut_short(selection)),
+        notes=(*notes(experiments), *_sudden(selection), *_unseen(selection), *_cut_short(selection)),
         seconds=dict(seconds),
     )
 
@@ -342,6 +379,25 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
             'them'
         )
     return tuple(found)
+
+
+def _sudden(selection: Selection) -> tuple[str, ...]:
+    """Which slips were found, the effect having their mean only; or which leaps, that have no name."""
+    each = []
+    for e in selection.final.problem.experiments:
+        said = [
+            f'{slip.time - e.imposed.time[0]:.1f} s ({amount(slip.channel, abs(slip.size))})'
+            for slip in sorted(e.slips, key=lambda slip: slip.time)
+        ]
+        each += [f'{e.name} at {", ".join(said)}'] if said else []
+    if not each:
+        return ()
+    what = 'the end slipped suddenly' if selection.leapt is None else 'what is shown leapt at once, and for good'
+    better = 'has their mean rate' if selection.leapt is None else 'knows nothing of them'
+    return (
+        f'{what}: {"; ".join(each)}; no model foretells these instants, so they are taken from the recordings, the '
+        f'held out ones too; improved.yaml {better}',
+    )
 
 
 def _unseen(selection: Selection) -> tuple[str, ...]:

@@ -80,11 +80,29 @@ class Draught:
 
 
 @dataclass(frozen=True)
+class Slip:
+    """A sudden slip of the end at ``time`` (s): a channel shows less by ``size`` (SI; known to ``unsure``) after it.
+
+    ``half``: half the time over which one value was averaged, s.
+    """
+
+    channel: str
+    time: float
+    size: float
+    unsure: float
+    half: float
+
+    def after(self, time: Array) -> Array:
+        """0 before, 1 after, in between for a mean over both; shape as ``time``."""
+        return np.clip(0.5 + 0.5 * (time - self.time) / self.half, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
 class Experiment:
     """One recording as the model sees it.
 
     ``notes`` say what was assumed, for people to read; ``cycles``: those of the recordings before it; ``draught``: what
-    was inferred of one.
+    was inferred of one; ``slips``: those that were.
     """
 
     name: str
@@ -95,6 +113,7 @@ class Experiment:
     notes: tuple[str, ...] = ()
     cycles: float = 0.0
     draught: Draught | None = None
+    slips: tuple[Slip, ...] = ()
 
     def outputs(
         self,
@@ -137,11 +156,15 @@ class Experiment:
         return replace(self, imposed=imposed, observed=observed)
 
     def shown(self, outputs: Outputs) -> dict[str, Array]:
-        """The model's outputs at the instants of each observed channel."""
-        return {
+        """The model's outputs at the instants of each observed channel, less what slips took."""
+        shown = {
             name: np.interp(channel.time, outputs.time, getattr(outputs, name))
             for name, channel in self.observed.items()
         }
+        for slip in self.slips:
+            if slip.channel in shown:
+                shown[slip.channel] -= slip.size * slip.after(self.observed[slip.channel].time)
+        return shown
 
     @cached_property
     def hottest(self) -> float | None:

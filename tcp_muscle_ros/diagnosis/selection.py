@@ -6,18 +6,26 @@ when the gain is a real share of what was unexplained.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis import slips
 from tcp_muscle_ros.diagnosis.candidates import Candidate
 from tcp_muscle_ros.diagnosis.companions import companions
-from tcp_muscle_ros.diagnosis.company import OF_REST_AT_FIRST, Contest, confirm, good_company, revise
+from tcp_muscle_ros.diagnosis.company import (
+    OF_REST_AT_FIRST,
+    Contest,
+    confirm,
+    good_company,
+    largest_share,
+    revise,
+)
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
-from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, held_out, stretches
+from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.picking import Picked, pick
-from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin
+from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, calmed, settle_noise, structures, with_noise
 
 MOST_EFFECTS = 4
@@ -53,7 +61,8 @@ class Chosen:
 class Selection:
     """The outcome: the calibrated model, the selected one, and how both do on unseen data.
 
-    ``other_conditions``: these are whole recordings, not stretches of those that were fitted.
+    ``other_conditions``: these are whole recordings, not stretches of those that were fitted. ``leapt``: the calibrated
+    model with changes for good that have no name.
     """
 
     calibrated: Fit
@@ -68,6 +77,7 @@ class Selection:
     signals: dict[str, float]
     rejected: tuple[str, ...] = ()
     other_conditions: bool = True
+    leapt: Fit | None = None
 
 
 def select(
@@ -75,11 +85,31 @@ def select(
 ) -> Selection:
     """Select effects on top of a calibrated fit.
 
-    ``effects`` are the candidates by name. Returns every stage's evidence; accepting nothing is a full answer.
+    ``effects`` are the candidates by name. Returns every stage's evidence; accepting nothing is a full answer. Sudden
+    slips are no matter of form: where there are any, all else is sought beside them.
     """
-    calibrated, before_structure = settle_noise(calibrated)
-    present = calibrated
-    found_structure = before_structure
+    bare, _ = settle_noise(calibrated)
+    if slips.EFFECT not in effects:
+        return _beside(bare, None, effects, progress, most)
+    slipped = slips.slipped(bare)
+    if slipped is None:
+        leapt = slips.leapt(bare)
+        found = _beside(bare, leapt, effects, progress, most)
+        clearer = slips.slipped(found.final) if found.chosen and not leapt and found.final.problem.work.left else None
+        if clearer is None:
+            return replace(found, leapt=leapt)
+        slipped = slips.beside(bare, [e.slips for e in clearer.problem.experiments])
+    found = _beside(bare, slipped, [e for e in effects if e not in slips.INSTEAD], progress, most - 1)
+    chosen = (*found.chosen, _slipping(found.calibrated, slipped))
+    return replace(found, chosen=tuple(sorted(chosen, key=lambda c: -c.drop)))
+
+
+def _beside(
+    bare: Fit, slipped: Fit | None, effects: Sequence[str], progress: Callable[[], None] | None, most: int
+) -> Selection:
+    """Select effects on top of a calibrated fit, beside the slips that ``slipped`` has."""
+    calibrated = present = slipped or bare
+    before_structure, found_structure = structures(bare), structures(present)
     first: Picked | None = None
     accepted: list[str] = []
     contests: dict[str, Contest] = {}
@@ -100,13 +130,17 @@ def select(
         contests[effect] = picked.contest
         present = picked.rival.fit
         if effect == SWINGS:
-            calibrated, present = calmed(calibrated, present), calmed(present, present)
+            bare = calmed(bare, present)
+            calibrated = bare if slipped is None else calmed(calibrated, present)
+            present = calmed(present, present)
         present, found_structure = settle_noise(present, 1)
     present, accepted, contests = revise(present, accepted, effects, contests, progress)
     if accepted:
         present, found_structure = settle_noise(present, 1)
     present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated)
     if accepted:
+        present = slips.further(present) if slipped else present
+        found_structure = structures(present)
         pool = [e for e in effects if e not in (*accepted, SWINGS)]
         found = companions(present, accepted, pool, calibrated, most, progress)
         present, contests, standing = found.fit, contests | found.contests, standing | found.standing
@@ -115,16 +149,16 @@ def select(
         if not found.other_conditions:
             kept_back = stretches(present.problem)
     # Compared under one noise: the final model's.
-    reference = with_noise(calibrated, dict(present.problem.noise))
+    reference = with_noise(bare, dict(present.problem.noise)) if accepted or slipped else bare
     chosen = []
     for effect in accepted:
         drop, rivals = contests[effect]
         chosen.append(Chosen(effect, drop, *standing[effect], tuple(rivals)))
     return Selection(
-        reference if accepted else calibrated,
+        reference,
         present,
         tuple(sorted(chosen, key=lambda c: -c.drop)),
-        held_out(reference if accepted else calibrated, kept_back),
+        held_out(reference, kept_back),
         held_out(present, kept_back),
         before_structure,
         found_structure,
@@ -134,3 +168,11 @@ def select(
         tuple(rejected),
         kept_back[0].whole is not None,
     )
+
+
+def _slipping(bare: Fit, slipped: Fit) -> Chosen:
+    """The effect of sudden slips, by what a calibrated fit gains with them."""
+    alone = with_noise(bare, dict(slipped.problem.noise))
+    itself = Rival(slips.EFFECT, slipped, penalised(slipped))
+    gain = confirmation(alone, slipped)[0]
+    return Chosen(slips.EFFECT, penalised(alone) - itself.score, gain, largest_share(alone, alone, slipped), (itself,))

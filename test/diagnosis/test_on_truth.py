@@ -72,3 +72,13 @@ def test_the_course_of_gusts_is_inferred_where_one_gust_is_not_the_weather(tmp_p
     for channel in ('temperature', 'displacement'):
         left = [one.mean_square[channel] ** 0.5 for one in (calibrated, named.fit, followed)]
         assert left[0] > left[1] > 3.0 * left[2], (channel, left)
+
+
+@pytest.mark.slow
+def test_sudden_slips_are_named_and_leave_their_mean_to_the_better_muscle(diagnosed):
+    found = diagnosed(6, 'single', 'torsional_leakage')
+    assert [f.effect for f in found.findings] == ['torsional_leakage']
+    assert 'torsional_leakage' in found.improved.effects
+    fit = found.fit['displacement']
+    assert fit.improved < 0.3 * fit.calibrated
+    assert any('slipped suddenly' in note for note in found.notes)
