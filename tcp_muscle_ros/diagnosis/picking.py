@@ -9,9 +9,11 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import confirmation
 from tcp_muscle_ros.diagnosis.rivals import CONTEST, Rival, penalised, prefer, rescored, rivals_for
+from tcp_muscle_ros.muscle import EFFECTS
 
 _LEAST_SHARE = 0.08  # of what is left, that an effect takes away
 _TRIES = 4
+_ANYWHERE = 2.0  # times the usual drop: a circumstance may begin and end anywhere
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ def pick(
     refitted = {r.effect: bare - r.score for r in rivals}
     rejected: list[str] = []
     for _ in range(_TRIES):
-        rivals = [r for r in rivals if bare - r.score >= THRESHOLD]
+        rivals = [r for r in rivals if bare - r.score >= _least_drop(r)]
         if not rivals:
             break
         first = rivals[0]
@@ -63,3 +65,8 @@ def pick(
         rejected.append(first.effect)
         rivals = [r for r in rivals if r is not first]
     return Picked(None, (0.0, []), tuple(ranked), signals, refitted, tuple(rejected))
+
+
+def _least_drop(rival: Rival) -> float:
+    """Of the score, that chance does not give."""
+    return THRESHOLD * (_ANYWHERE if EFFECTS[rival.effect].circumstance else 1.0)

@@ -1,7 +1,7 @@
-"""Repeated cycles: where the same was done twice, what was seen differs by noise, whatever the model lacks."""
+"""Repeated cycles and recordings: what was done twice was seen to differ by noise, whatever the model lacks."""
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -16,12 +16,8 @@ _STEP = 0.25  # s, at which inputs are compared
 
 def repeats(imposed: Imposed) -> list[tuple[float, float, float]]:
     """Stretches (start, end, shift) in which the inputs at ``t`` and at ``t + shift`` are the same, s."""
-    grid = np.arange(imposed.time[0], imposed.time[-1], _STEP)
-    at = np.clip(np.searchsorted(imposed.time, grid + 1e-9, side='right') - 1, 0, imposed.time.size - 1)
-    scale = max(float(np.ptp(imposed.drive)), 1e-12)
-    drive = imposed.drive[at] / scale
-    load = imposed.load[at] / max(float(np.max(imposed.load)), 1e-12)
-    on = np.flatnonzero((drive[1:] > 0.1) & (drive[:-1] <= 0.1)) + 1
+    grid, drive, load = _inputs(imposed)
+    on = _rises(drive)
     if on.size < 2:
         return []
     found = []
@@ -31,37 +27,73 @@ def repeats(imposed: Imposed) -> list[tuple[float, float, float]]:
         length = last - second
         if shift * _STEP < _LEAST_PERIOD or length < 0.6 * shift:
             continue
-        same = np.abs(drive[first : first + length] - drive[second:last]) < 0.02
-        same &= np.abs(load[first : first + length] - load[second:last]) < 0.02
-        if np.mean(same) > 0.97:
+        if _alike(drive[first : first + length], drive[second:last], load[first : first + length], load[second:last]):
             found.append((float(grid[first]), float(grid[first + length - 1]), shift * _STEP))
     return found
 
 
-def pure_error(experiments: Sequence[Experiment], residuals: Sequence[Array], channel: str) -> Noise | None:
-    """The noise of a channel from its repeated cycles; None where too little was repeated.
+def copies(one: Imposed, other: Imposed) -> tuple[float, float, float] | None:
+    """The stretch (start, end) of one recording, and the shift, such that the inputs of another at ``t + shift`` are
+    the same as its own at ``t``, s; None where they are not."""
+    if one.kind != other.kind:
+        return None
+    (grid, drive, load), (their_grid, their_drive, their_load) = _inputs(one, other), _inputs(other, one)
+    mine, theirs = _rises(drive)[:1], _rises(their_drive)[:1]
+    if not mine.size or not theirs.size:
+        return None
+    first, second = int(mine[0]), int(theirs[0])
+    length = min(drive.size - first, their_drive.size - second)
+    here, there = slice(first, first + length), slice(second, second + length)
+    if length * _STEP < _LEAST_PERIOD or not _alike(drive[here], their_drive[there], load[here], their_load[there]):
+        return None
+    return float(grid[first]), float(grid[first + length - 1]), float(their_grid[second] - grid[first])
 
-    ``residuals`` are those of the channel, one array an experiment that observes it. Their differences between cycles
+
+def _inputs(imposed: Imposed, beside: Imposed | None = None) -> tuple[Array, Array, Array]:
+    """Instants (s), and drive and load at them, of the largest of both recordings."""
+    both = (imposed,) if beside is None else (imposed, beside)
+    grid = np.arange(imposed.time[0], imposed.time[-1], _STEP)
+    at = np.clip(np.searchsorted(imposed.time, grid + 1e-9, side='right') - 1, 0, imposed.time.size - 1)
+    scale = max(*(float(np.ptp(each.drive)) for each in both), 1e-12)
+    heaviest = max(*(float(np.max(each.load)) for each in both), 1e-12)
+    return grid, imposed.drive[at] / scale, imposed.load[at] / heaviest
+
+
+def _rises(drive: Array) -> Array:
+    """Where the drive comes on: indices."""
+    return np.asarray(np.flatnonzero((drive[1:] > 0.1) & (drive[:-1] <= 0.1)) + 1)
+
+
+def _alike(drive: Array, other_drive: Array, load: Array, other_load: Array) -> bool:
+    same = (np.abs(drive - other_drive) < 0.02) & (np.abs(load - other_load) < 0.02)
+    return bool(np.mean(same) > 0.97)
+
+
+def pure_error(experiments: Sequence[Experiment], residuals: Sequence[Array], channel: str) -> Noise | None:
+    """The noise of a channel from repeated cycles and recordings; None where too little was repeated.
+
+    ``residuals`` are those of the channel, one array an experiment that observes it. Their differences between the two
     serve, in which the slow approach to a periodic state, which the model knows, is gone as well.
     """
     noises, sizes = [], []
     owners = [e for e in experiments if channel in e.observed]
-    for experiment, left in zip(owners, residuals, strict=True):
-        time = experiment.observed[channel].time
-        for start, end, shift in repeats(experiment.imposed):
-            inside = (time >= start + 1.0) & (time <= end - 1.0)
-            if np.count_nonzero(inside) < 20:
-                continue
-            later = np.interp(time[inside] + shift, time, left)
-            wanted = time[inside] + shift
-            nearest = np.abs(time[np.minimum(np.searchsorted(time, wanted), time.size - 1)] - wanted)
-            kept = nearest < 2.0  # resistance may have been read in one of the cycles only
-            difference = (left[inside] - later)[kept]
-            if difference.size < 20:
-                continue
-            found = estimate(difference, 0.0)
-            noises.append(found)
-            sizes.append(difference.size)
+    pairs = [(k, k, found) for k, e in enumerate(owners) for found in repeats(e.imposed)]
+    for k, other in combinations(range(len(owners)), 2):
+        found = copies(owners[k].imposed, owners[other].imposed)
+        pairs += [(k, other, found)] if found else []
+    for k, other, (start, end, shift) in pairs:
+        time, again = owners[k].observed[channel].time, owners[other].observed[channel].time
+        inside = (time >= start + 1.0) & (time <= end - 1.0)
+        if np.count_nonzero(inside) < 20:
+            continue
+        wanted = time[inside] + shift
+        nearest = np.abs(again[np.minimum(np.searchsorted(again, wanted), again.size - 1)] - wanted)
+        kept = nearest < 2.0  # resistance may have been read in one of the two only
+        difference = (residuals[k][inside] - np.interp(wanted, again, residuals[other]))[kept]
+        if difference.size < 20:
+            continue
+        noises.append(estimate(difference, 0.0))
+        sizes.append(difference.size)
     if sum(sizes) < _LEAST_PAIRS:
         return None
     # A difference of two has twice the variance; interpolation between neighbours takes a little off.

@@ -1,0 +1,38 @@
+"""What differs between the same thing done twice is noise, however much the model misses of both."""
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Observed
+from tcp_muscle_ros.diagnosis.replicates import copies, pure_error
+
+NOISE = 5e-5
+TIME = np.arange(0.0, 200.0, 0.2)
+
+
+def recording(begin, *, load=0.6, current=0.25):
+    """Two pulses, of different lengths so that no cycle repeats within a recording, from ``begin`` on."""
+    since = TIME - begin
+    drive = np.where(((since > 0.0) & (since < 40.0)) | ((since > 90.0) & (since < 110.0)), current, 0.0)
+    imposed = Imposed('current', TIME, drive, np.full(TIME.size, load), np.full(TIME.size, 296.0))
+    observed = {'displacement': Observed(TIME, np.zeros(TIME.size), np.ones(TIME.size))}
+    return Experiment('made', imposed, Holding(), observed)
+
+
+def missed(begin, seed):
+    """What a model misses: far more than the noise, the same each time."""
+    return 1e-3 * np.sin(0.7 * (TIME - begin)) + np.random.default_rng(seed).normal(0.0, NOISE, TIME.size)
+
+
+def test_the_same_recording_made_again_tells_the_noise_from_what_the_model_misses():
+    made = [recording(5.0), recording(11.0)]
+    assert copies(made[0].imposed, made[1].imposed)[2] == pytest.approx(6.0, abs=0.3)
+    found = pure_error(made, [missed(5.0, 1), missed(11.0, 2)], 'displacement')
+    assert found.sigma == pytest.approx(NOISE, rel=0.35)
+
+
+@pytest.mark.parametrize('other', [recording(5.0, load=0.4), recording(5.0, current=0.2)], ids=['load', 'current'])
+def test_another_load_or_current_is_another_recording(other):
+    made = recording(5.0)
+    assert copies(made.imposed, other.imposed) is None
+    assert pure_error([made, other], [missed(5.0, 1), missed(5.0, 2)], 'displacement') is None
