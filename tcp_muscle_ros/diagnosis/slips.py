@@ -16,6 +16,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.weighing import refitted, settle_noise
 from tcp_muscle_ros.muscle import Parameters, length
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.recording.plausibility import distance
 
 EFFECT = 'torsional_leakage'
 # Slips that are too small to be seen, or fall together with an input's step, show as a drift.
@@ -197,10 +198,10 @@ class _Look:
 
     def __init__(self, experiment: Experiment, name: str, apart: float) -> None:
         imposed = experiment.imposed
-        self.apart = apart
         self.name, self.time = name, experiment.observed[name].time
         self.period = float(np.median(np.diff(self.time))) if self.time.size > 1 else np.inf
         self.switches, self.loads = (_jumps(imposed.time, value) for value in (imposed.drive, imposed.load))
+        self.own = distance(self.time, np.union1d(self.switches, self.loads)) < apart
 
     def wide(self, reach: float) -> int:
         """How many samples either side of a step are looked at."""
@@ -210,9 +211,10 @@ class _Look:
         """The sudden steps in what is left, apart from those known."""
         step, height = np.zeros(self.time.size), np.zeros(self.time.size)
         calm = np.zeros(self.time.size, dtype=bool)
-        for at in range(wide, self.time.size - wide + 1):
+        elsewhere = distance(self.time, np.sort(known)) >= _SAMPLES_APART * self.period
+        for at in np.flatnonzero(elsewhere).tolist():
             weights = self.weights(at, wide)
-            if weights is not None and self._apart(at, known, _SAMPLES_APART * self.period):
+            if weights is not None:
                 calm[at] = weights is _even(wide)
                 step[at] = weights @ left[at - wide : at + wide]
                 height[at] = abs(step[at]) / np.sqrt(weights @ weights)
@@ -234,21 +236,18 @@ class _Look:
     def weights(self, at: int, wide: int) -> Array | None:
         """The weights by which the samples around one sum up to the step before it; None where some are missing, or an
         input has a step there."""
-        if not wide <= at <= self.time.size - wide:
+        if not wide <= at <= self.time.size - wide or self.own[at]:
             return None
         around = self.time[at - wide : at + wide]
         now, begin, end = self.time[at], around[0], around[-1]
         whole = end - begin < 1.3 * (2 * wide - 1) * self.period and now - self.time[at - 1] < 2.0 * self.period
-        if not whole or not self._apart(at, (*self.switches, *self.loads), self.apart):
+        if not whole:
             return None
         switched = self.switches[(self.switches > begin - self.period) & (self.switches <= end + self.period)]
         loaded = self.loads[(self.loads > begin - _SWINGS) & (self.loads <= end + self.period)]
         if not switched.size and not loaded.size:
             return _even(wide)
         return _step_among(around - now, switched - now, loaded - now)
-
-    def _apart(self, at: int, others: Sequence[float], distance: float) -> bool:
-        return all(abs(other - self.time[at]) >= distance for other in others)
 
 
 @lru_cache(maxsize=64)
