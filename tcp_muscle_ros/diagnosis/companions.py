@@ -8,13 +8,15 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.picking import pick
-from tcp_muscle_ros.diagnosis.rivals import Rival, shrink
+from tcp_muscle_ros.diagnosis.rivals import Rival, penalised, shrink
 from tcp_muscle_ros.diagnosis.weighing import settle_noise, structures
 from tcp_muscle_ros.muscle import EFFECTS
 
 _OF_ALL = 0.01  # of what was missed: less is hardly worth a name, and a form may miss more than is allowed for
 _PROMISES = 2.0 * THRESHOLD  # worth the time of its refits: what is found promises several times as much
 _OF_REST = 0.4  # of what is left without it
+# Of what is left, an effect that none comes near takes so much that it may be less of what was missed.
+_NEARLY_ALL, _LITTLE, _NEAR = 0.8, 0.004, 0.6
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,11 @@ def companions(
         others = (*accepted, *contests)
         beside = _beside(present, others)
 
-        def good(rival: Rival, beside: Fit = beside) -> bool:
-            return good_company(calibrated, beside, rival.fit, _OF_REST, _least(rival))
+        def good(rival: Rival, rivals: Sequence[Rival], beside: Fit = beside) -> bool:
+            alone = not EFFECTS[rival.effect].circumstance and _stands_alone(rival, rivals, beside)
+            return good_company(calibrated, beside, rival.fit, _OF_REST, _least(rival)) or (
+                alone and good_company(calibrated, beside, rival.fit, _NEARLY_ALL, _LITTLE)
+            )
 
         pool = [e for e in effects if e not in contests]
         picked = pick(beside, structures(beside), pool, good, progress, least=_PROMISES)
@@ -71,6 +76,12 @@ def _beside(present: Fit, others: tuple[str, ...]) -> Fit:
     """The fit by which an effect beside these others is judged: what their forms may miss is allowed for."""
     allowed = allowing_forms(present, others)
     return present if allowed is present else settle_noise(allowed, 1)[0]
+
+
+def _stands_alone(rival: Rival, rivals: Sequence[Rival], beside: Fit) -> bool:
+    """Whether no other effect explains nearly as much: what a form misses, several explain."""
+    bare = penalised(beside)
+    return all(bare - r.score < _NEAR * (bare - rival.score) for r in rivals if r is not rival)
 
 
 def _least(rival: Rival) -> float:

@@ -33,11 +33,12 @@ def pick(
     present: Fit,
     structure: dict[str, Structure],
     pool: Sequence[str],
-    good: Callable[[Rival], bool],
+    good: Callable[[Rival, Sequence[Rival]], bool],
     progress: Callable[[], None] | None,
     least: float = 0.5 * THRESHOLD,
 ) -> Picked:
-    """Pick one of ``pool`` to go beside what ``present`` has, which leaves ``structure``; ``good`` asks for more.
+    """Pick one of ``pool`` to go beside what ``present`` has, which leaves ``structure``; ``good`` asks for more of
+    it among its rivals.
 
     Nothing is refitted where no candidate promises to lower the misfit by ``least``.
     """
@@ -57,7 +58,7 @@ def pick(
             settled, close = rescored(present, rivals)
             effect = prefer(close, settled).effect
             first = next(r for r in rivals if r.effect == effect)
-        enough = share(structure, present, first.fit) >= _LEAST_SHARE and good(first)
+        enough = share(structure, present, first.fit) >= _LEAST_SHARE and good(first, rivals)
         if enough and confirmation(present, first.fit)[0].holds:
             drop = bare - first.score
             contest = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]

@@ -117,7 +117,7 @@ def _beside(
     while len(accepted) < most and present.problem.work.left:
         pool = [e for e in effects if e not in accepted]
 
-        def good(rival: Rival, calibrated: Fit = calibrated, without: Fit = present) -> bool:
+        def good(rival: Rival, _rivals: Sequence[Rival], calibrated: Fit = calibrated, without: Fit = present) -> bool:
             return not accepted or good_company(calibrated, without, rival.fit, OF_REST_AT_FIRST)
 
         picked = pick(present, found_structure, pool, good, progress)
