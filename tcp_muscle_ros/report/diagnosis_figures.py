@@ -372,7 +372,8 @@ def _variable(diagnosis: Diagnosis) -> str:
         ordered = sorted(diagnosis.location.drivers, key=lambda d: d.share if np.isfinite(d.share) else 0.0)
         told = [driver.variable for driver in reversed(ordered)]
     if diagnosis.unexplained is not None:
-        told.append(diagnosis.unexplained.driver)
+        # What has no name is shown by what it goes with.
+        told.insert(0 if not diagnosis.findings else len(told), diagnosis.unexplained.driver)
     words = {'time since': 'since_switch', **{name: name for name in _DRIVERS}}
     for variable in told:
         for word, name in words.items():
