@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis import slips
+from tcp_muscle_ros.diagnosis import slips, sudden
 from tcp_muscle_ros.diagnosis.calibration import unit_of
 from tcp_muscle_ros.diagnosis.company import THRESHOLD
 from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment
@@ -30,7 +30,7 @@ from tcp_muscle_ros.diagnosis.next_experiment import propose
 from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
 from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, FORM
 from tcp_muscle_ros.diagnosis.selection import Chosen, Selection
-from tcp_muscle_ros.diagnosis.sentences import amount, finding_sentence, headline
+from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 
@@ -39,7 +39,6 @@ LEAST_SIGNAL = 3.0
 # A generic misfit that keeps more than this share of what was there has not been explained by the named effects.
 STILL_UNEXPLAINED = 0.2
 _BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
-_AROUND = 5.0  # s before and after a leap
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
 
 
@@ -75,10 +74,9 @@ def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
     found = {}
     leakage = slips.mean_leakage(fitted) if effect == slips.EFFECT else None
     if leakage is not None:
-        rate, unsure = leakage
+        rate, beside = leakage[0], 1.645 * leakage[1]
         row = SPECIFICATIONS[slips.RATE]
-        low, high = max(rate - 1.645 * unsure, row.low), min(rate + 1.645 * unsure, row.high)
-        found[row.name] = Value(rate, low, high, row.unit)
+        found[row.name] = Value(rate, max(rate - beside, row.low), min(rate + beside, row.high), row.unit)
     for k, u in enumerate(fitted.problem.unknowns):
         if not u.name.startswith(f'{effect}.'):
             continue
@@ -146,28 +144,9 @@ def _fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
     }
 
 
-def _leaps(selection: Selection) -> Unexplained | None:
-    """What leapt from one instant to the next for good, if that was no trifle."""
-    if selection.leapt is None:
-        return None
-    had, has = selection.calibrated.mean_square, selection.leapt.mean_square
-    went = {name: 1.0 - has[name] / had[name] for name in had}
-    channel = max(went, key=lambda name: went[name])
-    when = [
-        (k, e.imposed.time[0], slip)
-        for k, e in enumerate(selection.leapt.problem.experiments)
-        for slip in e.slips
-        if slip.channel == channel
-    ]
-    elapsed = [slip.time - start for _, start, slip in when]
-    k, _, largest = max(when, key=lambda found: abs(found[2].size))
-    around = (k, largest.time - _AROUND, largest.time + _AROUND)
-    return Unexplained(STAGE_OF[channel], channel, went[channel], 'elapsed', min(elapsed), max(elapsed), around)
-
-
 def _unexplained(selection: Selection) -> Unexplained | None:
     """What remains, if it is real and no trifle beside what was there; what leapt is taken out, not explained."""
-    leaps = _leaps(selection)
+    leaps = sudden.leaps(selection)
     if leaps is not None and leaps.share >= STILL_UNEXPLAINED:
         return leaps
     after = selection.structure_after
@@ -356,7 +335,7 @@ def conclude(
         improved=improved_muscle(selection),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=(*notes(experiments), *_sudden(selection), *_unseen(selection), *_cut_short(selection)),
+        notes=(*notes(experiments), *sudden.notes(selection), *_unseen(selection), *_cut_short(selection)),
         seconds=dict(seconds),
     )
 
@@ -379,25 +358,6 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
             'them'
         )
     return tuple(found)
-
-
-def _sudden(selection: Selection) -> tuple[str, ...]:
-    """Which slips were found, the effect having their mean only; or which leaps, that have no name."""
-    each = []
-    for e in selection.final.problem.experiments:
-        said = [
-            f'{slip.time - e.imposed.time[0]:.1f} s ({amount(slip.channel, abs(slip.size))})'
-            for slip in sorted(e.slips, key=lambda slip: slip.time)
-        ]
-        each += [f'{e.name} at {", ".join(said)}'] if said else []
-    if not each:
-        return ()
-    what = 'the end slipped suddenly' if selection.leapt is None else 'what is shown leapt at once, and for good'
-    better = 'has their mean rate' if selection.leapt is None else 'knows nothing of them'
-    return (
-        f'{what}: {"; ".join(each)}; no model foretells these instants, so they are taken from the recordings, the '
-        f'held out ones too; improved.yaml {better}',
-    )
 
 
 def _unseen(selection: Selection) -> tuple[str, ...]:

@@ -105,10 +105,11 @@ def select(
 
 
 def _beside(
-    bare: Fit, slipped: Fit | None, effects: Sequence[str], progress: Callable[[], None] | None, most: int
+    bare: Fit, beside: Fit | None, effects: Sequence[str], progress: Callable[[], None] | None, most: int
 ) -> Selection:
-    """Select effects on top of a calibrated fit, beside the slips that ``slipped`` has."""
-    calibrated = present = slipped or bare
+    """Select effects on top of a calibrated fit, beside the slips or leaps that another one has."""
+    calibrated = present = beside or bare
+    slipping = beside is not None and slips.EFFECT not in effects  # it is what they are
     before_structure, found_structure = structures(bare), structures(present)
     first: Picked | None = None
     accepted: list[str] = []
@@ -131,7 +132,7 @@ def _beside(
         present = picked.rival.fit
         if effect == SWINGS:
             bare = calmed(bare, present)
-            calibrated = bare if slipped is None else calmed(calibrated, present)
+            calibrated = bare if beside is None else calmed(calibrated, present)
             present = calmed(present, present)
         present, found_structure = settle_noise(present, 1)
     present, accepted, contests = revise(present, accepted, effects, contests, progress)
@@ -139,7 +140,7 @@ def _beside(
         present, found_structure = settle_noise(present, 1)
     present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated)
     if accepted:
-        present = slips.further(present) if slipped else present
+        present = slips.further(present) if slipping else present
         found_structure = structures(present)
         pool = [e for e in effects if e not in (*accepted, SWINGS)]
         found = companions(present, accepted, pool, calibrated, most, progress)
@@ -149,7 +150,7 @@ def _beside(
         if not found.other_conditions:
             kept_back = stretches(present.problem)
     # Compared under one noise: the final model's.
-    reference = with_noise(bare, dict(present.problem.noise)) if accepted or slipped else bare
+    reference = with_noise(bare, dict(present.problem.noise)) if accepted or beside else bare
     chosen = []
     for effect in accepted:
         drop, rivals = contests[effect]
