@@ -91,8 +91,9 @@ def _several(fitted: Fit, found: Sequence[Sequence[Slip]]) -> bool:
 
 
 def _less(before: Fit, after: Fit, share: float) -> bool:
-    """Whether slips leave less than a share of what was left (squared) of any channel."""
-    return any(after.mean_square[name] < share * had for name, had in before.mean_square.items())
+    """Whether slips leave less than a share of what was left (squared) of any channel that shows them."""
+    showing = {slip.channel for e in after.problem.experiments for slip in e.slips}
+    return any(after.mean_square[name] < share * before.mean_square[name] for name in showing)
 
 
 def _found(

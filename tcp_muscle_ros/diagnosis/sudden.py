@@ -13,7 +13,8 @@ def leaps(selection: Selection) -> Unexplained | None:
     if selection.leapt is None:
         return None
     had, has = selection.calibrated.mean_square, selection.leapt.mean_square
-    went = {name: 1.0 - has[name] / had[name] for name in had}
+    leaping = sorted({slip.channel for e in selection.leapt.problem.experiments for slip in e.slips})
+    went = {name: 1.0 - has[name] / had[name] for name in leaping}
     channel = max(went, key=lambda name: went[name])
     when = [
         (k, e.imposed.time[0], slip)

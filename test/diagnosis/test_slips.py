@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tcp_muscle_ros.diagnosis.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting import fit
 from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.diagnosis.slips import leapt, mean_leakage, slipped
 from tcp_muscle_ros.diagnosis.weighing import refitted, settle_noise
@@ -69,6 +70,13 @@ def test_slips_are_found_with_their_instants_and_sizes_and_nothing_else_is_moved
         assert low <= unknown.from_fit(float(found.z[k])) <= high, unknown.name
     rate, unsure = mean_leakage(found)
     assert 0.0 < unsure < rate
+
+
+def test_a_fit_that_was_not_finished_neither_slips_nor_leaps(calibrated):
+    unfinished = fit(calibrated.problem, calibrated.problem.start(), rounds=0)
+    assert unfinished.misfit > 2.0 * calibrated.misfit
+    assert slipped(unfinished) is None
+    assert leapt(unfinished) is None
 
 
 @pytest.mark.parametrize(
