@@ -45,14 +45,17 @@ def slipped(fitted: Fit) -> Fit | None:
     if not (_lengthening(found) and _several(fitted, found)):
         return None
     better = beside(fitted, [[slip for slip in mine if slip.size > 0.0] for mine in found])
-    return further(better) if _less(fitted, better, _LESS) else None  # what comes back was no turn lost
+    again = refitted(fitted, fitted.problem)  # what a refit alone would gain is not the slips'
+    return further(better) if _less(again, better, _LESS) else None  # what comes back was no turn lost
 
 
 def leapt(fitted: Fit) -> Fit | None:
     """The same fit with the changes for good that it leaves, or None where it shows none."""
     found = _found(fitted, _CLEARLY, _APART, (_REACH,), fitted.mean_square)
+    if not any(found):
+        return None
     better = beside(fitted, found)
-    if not _less(fitted, better, _FAR_LESS):
+    if not _less(refitted(fitted, fitted.problem), better, _FAR_LESS):
         return None
     for _ in range(_ROUNDS):
         better = _with(better, _sized(better))
