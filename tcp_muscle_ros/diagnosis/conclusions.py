@@ -290,8 +290,7 @@ def improved_muscle(selection: Selection) -> Parameters:
     muscle = final.muscle
     own = {u.name.split('.')[0] for u in final.problem.unknowns if '.' in u.name and u.recording is not None}
     physics = [e for e in muscle.effects if EFFECTS[e].stage != 'sensor' and e not in own]
-    slipped = any(c.effect == slips.EFFECT for c in selection.chosen)
-    leakage = slips.mean_leakage(final) if slipped else None
+    leakage = slips.mean_leakage(final) if selection.leapt is None else None
     if leakage is None:
         return muscle.only_effects(physics)
     return muscle.only_effects([*physics, slips.EFFECT]).replace({slips.RATE: leakage[0], slips.FROM: 0.0})

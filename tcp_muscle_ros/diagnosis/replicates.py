@@ -1,6 +1,6 @@
 """Repeated cycles and recordings: what was done twice was seen to differ by noise, whatever the model lacks."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -8,6 +8,9 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.experiment import Experiment, Imposed
 from tcp_muscle_ros.diagnosis.noise import Noise, estimate
 from tcp_muscle_ros.muscle.arrays import Array
+
+# The recordings in which the same was done, the second perhaps the first; (start, end, shift), s, as below.
+Twice = tuple[int, int, tuple[float, float, float]]
 
 _LEAST_PERIOD = 10.0  # s
 _LEAST_PAIRS = 150
@@ -69,27 +72,35 @@ def _alike(drive: Array, other_drive: Array, load: Array, other_load: Array) -> 
     return bool(np.mean(same) > 0.97)
 
 
-def pure_error(experiments: Sequence[Experiment], residuals: Sequence[Array], channel: str) -> Noise | None:
-    """The noise of a channel from repeated cycles and recordings; None where too little was repeated.
+def done_twice(experiments: Sequence[Experiment]) -> list[Twice]:
+    """All that was done twice, in one recording or in two."""
+    pairs = [(k, k, found) for k, e in enumerate(experiments) for found in repeats(e.imposed)]
+    for k, other in combinations(range(len(experiments)), 2):
+        found = copies(experiments[k].imposed, experiments[other].imposed)
+        pairs += [(k, other, found)] if found else []
+    return pairs
 
-    ``residuals`` are those of the channel, one array an experiment that observes it. Their differences between the two
-    serve, in which the slow approach to a periodic state, which the model knows, is gone as well.
+
+def pure_error(
+    experiments: Sequence[Experiment], residuals: Sequence[Mapping[str, Array]], channel: str, twice: Sequence[Twice]
+) -> Noise | None:
+    """The noise of a channel from what was done twice; None where too little was.
+
+    ``residuals`` by channel, one an experiment. Their differences between the two serve, in which the slow approach to
+    a periodic state, which the model knows, is gone as well.
     """
     noises, sizes = [], []
-    owners = [e for e in experiments if channel in e.observed]
-    pairs = [(k, k, found) for k, e in enumerate(owners) for found in repeats(e.imposed)]
-    for k, other in combinations(range(len(owners)), 2):
-        found = copies(owners[k].imposed, owners[other].imposed)
-        pairs += [(k, other, found)] if found else []
-    for k, other, (start, end, shift) in pairs:
-        time, again = owners[k].observed[channel].time, owners[other].observed[channel].time
+    for k, other, (start, end, shift) in twice:
+        if channel not in residuals[k] or channel not in residuals[other]:
+            continue
+        time, again = experiments[k].observed[channel].time, experiments[other].observed[channel].time
         inside = (time >= start + 1.0) & (time <= end - 1.0)
         if np.count_nonzero(inside) < 20:
             continue
         wanted = time[inside] + shift
         nearest = np.abs(again[np.minimum(np.searchsorted(again, wanted), again.size - 1)] - wanted)
         kept = nearest < 2.0  # resistance may have been read in one of the two only
-        difference = (residuals[k][inside] - np.interp(wanted, again, residuals[other]))[kept]
+        difference = (residuals[k][channel][inside] - np.interp(wanted, again, residuals[other][channel]))[kept]
         if difference.size < 20:
             continue
         noises.append(estimate(difference, 0.0))

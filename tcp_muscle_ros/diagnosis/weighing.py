@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.generic import Structure, drivers, structure
 from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.problem import Problem
-from tcp_muscle_ros.diagnosis.replicates import pure_error
+from tcp_muscle_ros.diagnosis.replicates import done_twice, pure_error
 
 SWINGS = 'inertia'  # the effect after which a weight swings
 
@@ -20,7 +20,7 @@ def structures(fitted: Fit) -> dict[str, Structure]:
     """The generic model of what a fit leaves, by channel."""
     problem = fitted.problem
     outputs, left = fitted.outputs, fitted.weighed
-    floor = quick_noise(problem.experiments)
+    floor, twice = quick_noise(problem.experiments), done_twice(problem.experiments)
     found = {}
     for name in sorted({n for e in problem.experiments for n in e.observed}):
         owners = [k for k, e in enumerate(problem.experiments) if name in e.observed]
@@ -28,7 +28,7 @@ def structures(fitted: Fit) -> dict[str, Structure]:
         drive = [drivers(problem.experiments[k], outputs[k], t) for k, t in zip(owners, times, strict=True)]
         mine = [left[k][name] for k in owners]
         averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
-        repeated = pure_error(problem.experiments, mine, name)
+        repeated = pure_error(problem.experiments, left, name, twice)
         found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged)
     return found
 

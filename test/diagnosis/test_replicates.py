@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Observed
-from tcp_muscle_ros.diagnosis.replicates import copies, pure_error
+from tcp_muscle_ros.diagnosis.replicates import copies, done_twice, pure_error
 
 NOISE = 5e-5
 TIME = np.arange(0.0, 200.0, 0.2)
@@ -27,7 +27,8 @@ def missed(begin, seed):
 def test_the_same_recording_made_again_tells_the_noise_from_what_the_model_misses():
     made = [recording(5.0), recording(11.0)]
     assert copies(made[0].imposed, made[1].imposed)[2] == pytest.approx(6.0, abs=0.3)
-    found = pure_error(made, [missed(5.0, 1), missed(11.0, 2)], 'displacement')
+    left = [{'displacement': missed(5.0, 1)}, {'displacement': missed(11.0, 2)}]
+    found = pure_error(made, left, 'displacement', done_twice(made))
     assert found.sigma == pytest.approx(NOISE, rel=0.35)
 
 
@@ -35,4 +36,5 @@ def test_the_same_recording_made_again_tells_the_noise_from_what_the_model_misse
 def test_another_load_or_current_is_another_recording(other):
     made = recording(5.0)
     assert copies(made.imposed, other.imposed) is None
-    assert pure_error([made, other], [missed(5.0, 1), missed(5.0, 2)], 'displacement') is None
+    left = [{'displacement': missed(5.0, 1)}, {'displacement': missed(5.0, 2)}]
+    assert pure_error([made, other], left, 'displacement', done_twice([made, other])) is None
