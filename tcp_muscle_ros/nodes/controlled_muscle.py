@@ -93,8 +93,8 @@ class ControlledMuscle(SafeMuscle):
         self._watch = FeedbackWatch('angle' if on_joint else self._feedback, 0.0, 0.0)
         self._apply_watch()
 
-        self._current_command = self.publisher(Float64, 'current_command', COMMAND_QOS)
-        self._shaped = self.publisher(Float64, 'shaped_setpoint')
+        self._current_command = self.publisher('current_command', COMMAND_QOS)
+        self._shaped = self.publisher('shaped_setpoint')
         if on_joint:
             self.listen(Float64, 'force', self._take_force, STATE_QOS)
         else:
@@ -269,20 +269,14 @@ class ControlledMuscle(SafeMuscle):
         )
 
     def _publish(self, current: float) -> None:
-        publisher, message = self._current_command
-        message.data = float(current)
-        publisher.publish(message)
+        self._current_command.send(current)
         if self._command is not None:
-            publisher, message = self._shaped
-            message.data = float(self._command.shaped_setpoint)
-            publisher.publish(message)
+            self._shaped.send(self._command.shaped_setpoint)
 
     def publish_zero(self) -> Sequence[Publisher]:
         """Command 0 A."""
-        publisher, message = self._current_command
-        message.data = 0.0
-        publisher.publish(message)
-        return [publisher]
+        self._current_command.send(0.0)
+        return [self._current_command.publisher]
 
     # Diagnostics
 

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.safety import Limits, Report, Safety, State, celsius
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings
+from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.ticks import BACKLOG
 
 if TYPE_CHECKING:
@@ -68,9 +70,9 @@ class SafeMuscle:
         """A topic of this muscle, relative to the node's namespace."""
         return f'{self.name}/{name}' if self.name else name
 
-    def publisher(self, kind: type, name: str, qos: QoSProfile = STATE_QOS) -> tuple[Publisher, Any]:
-        """A publisher, and the one message that it sends over and over."""
-        return self.node.create_publisher(kind, self.topic(name), qos), kind()
+    def publisher(self, name: str, qos: QoSProfile = STATE_QOS) -> NumberPublisher:
+        """A publisher of one number."""
+        return NumberPublisher(self.node.create_publisher(Float64, self.topic(name), qos))
 
     def listen(self, kind: type, name: str, take: Callable[[Any], None], qos: QoSProfile = COMMAND_QOS) -> None:
         """Have the messages of a topic taken."""

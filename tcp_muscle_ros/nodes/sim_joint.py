@@ -10,6 +10,7 @@ from tcp_muscle_ros.muscle import Joint, Link
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import naming
 from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS
+from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.sim_muscle import SimMuscle
 from tcp_muscle_ros.operating import JOINT
 
@@ -33,7 +34,7 @@ class SimJoint:
         )
         with naming(name):
             self.joint = Joint(link, agonist.muscle, antagonist.muscle, settings['torque_n_m'])
-        self._angle = node.create_publisher(Float64, f'{name}/angle', STATE_QOS), Float64()
+        self._angle = NumberPublisher(node.create_publisher(Float64, f'{name}/angle', STATE_QOS))
         node.listen(Float64, f'{name}/external_torque', self._take_torque, COMMAND_QOS)
 
     def _take_torque(self, message: Float64) -> None:
@@ -58,9 +59,7 @@ class SimJoint:
 
     def publish(self) -> None:
         """Publish the angle."""
-        publisher, message = self._angle
-        message.data = self.joint.angle
-        publisher.publish(message)
+        self._angle.send(self.joint.angle)
 
     def joint_state(self) -> tuple[float, float, float]:
         """Position rad, velocity rad/s, effort N m of the muscles."""

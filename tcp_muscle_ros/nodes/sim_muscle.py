@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -41,6 +40,13 @@ def make_muscle(settings: Settings) -> Muscle:
     )
 
 
+def joint_states(names: Sequence[str]) -> JointState:
+    """All at rest at 0."""
+    message = JointState(name=names)
+    message.position, message.velocity, message.effort = ([0.0] * len(names) for _ in range(3))
+    return message
+
+
 class SimMuscle(SafeMuscle):
     """A muscle's inputs, sensors and safety; ``SimNode`` steps it.
 
@@ -61,19 +67,18 @@ class SimMuscle(SafeMuscle):
         self._noise = Noise(settings['seed'], len(_CHANNELS))
 
         self._current, self._voltage, self._resistance, self._displacement, self._force = (
-            self.publisher(Float64, channel)
-            for channel in ('current', 'voltage', 'resistance', 'displacement', 'force')
+            self.publisher(channel) for channel in ('current', 'voltage', 'resistance', 'displacement', 'force')
         )
-        self._temperature = self.publisher(Temperature, 'temperature')
-        self._joint = self.publisher(JointState, 'joint_states')
-        for _, message in (self._temperature, self._joint):
-            message.header.stamp = node.stamp
-            message.header.frame_id = settings['joint_name']
-        # Arrays that are written in place: handing over a list would copy it into a new one each time.
-        self._position, self._velocity, self._effort = array('d', [0.0]), array('d', [0.0]), array('d', [0.0])
-        joint = self._joint[1]
-        joint.name = [settings['joint_name']]
-        joint.position, joint.velocity, joint.effort = self._position, self._velocity, self._effort
+        thermometer = Temperature()
+        thermometer.header.frame_id = settings['joint_name']
+        self._temperature, (self._celsius, self._variance) = node.stamped(
+            self.topic('temperature'), thermometer, 'temperature', 'variance'
+        )
+        joint = joint_states([settings['joint_name']])
+        joint.header.frame_id = settings['joint_name']
+        self._joint, (self._position, self._velocity, self._effort) = node.stamped(
+            self.topic('joint_states'), joint, 'position', 'velocity', 'effort'
+        )
 
         self._apply_sensors()
         for kind in Kind:
@@ -104,7 +109,7 @@ class SimMuscle(SafeMuscle):
             sensor.noise = settings[f'{name}_noise_{unit}']
             sensor.quantum = settings[f'{name}_quantum_{unit}']
         self._ideal = all(sensor.ideal for sensor in self._sensors.values())
-        self._temperature[1].variance = self._sensors['temperature'].noise ** 2
+        self._variance[0] = self._sensors['temperature'].noise ** 2
         self._min_sense_current = settings['min_sense_current_a']
 
     # What comes in
@@ -156,28 +161,16 @@ class SimMuscle(SafeMuscle):
         """Publish what was seen and decided; the stamp is the node's."""
         temperature, resistance, displacement, force = self._shown
         reading, current = self._reading, self.current
-        publisher, message = self._temperature
-        message.temperature = temperature - ZERO_CELSIUS
-        publisher.publish(message)
-        publisher, message = self._current
-        message.data = current
-        publisher.publish(message)
-        publisher, message = self._voltage
-        message.data = current * reading.resistance
-        publisher.publish(message)
-        publisher, message = self._displacement
-        message.data = displacement
-        publisher.publish(message)
-        publisher, message = self._force
-        message.data = force
-        publisher.publish(message)
+        self._celsius[0] = temperature - ZERO_CELSIUS
+        self._temperature.publish()
+        self._current.send(current)
+        self._voltage.send(current * reading.resistance)
+        self._displacement.send(displacement)
+        self._force.send(force)
         if current >= self._min_sense_current:
-            publisher, message = self._resistance
-            message.data = resistance
-            publisher.publish(message)
-        publisher, message = self._joint
+            self._resistance.send(resistance)
         self._position[0], self._velocity[0], self._effort[0] = displacement, reading.velocity, force
-        publisher.publish(message)
+        self._joint.publish()
 
     def joint_state(self) -> tuple[float, float, float]:
         """Position m, velocity m/s and effort N, as ``publish`` says them."""
@@ -186,10 +179,10 @@ class SimMuscle(SafeMuscle):
     def publish_zero(self) -> Sequence[Publisher]:
         """0 A, and so 0 V."""
         self.current = 0.0
-        for publisher, message in (self._current, self._voltage):
-            message.data = 0.0
-            publisher.publish(message)
-        return [self._current[0], self._voltage[0]]
+        zeroed = self._current, self._voltage
+        for topic in zeroed:
+            topic.send(0.0)
+        return [topic.publisher for topic in zeroed]
 
     # Diagnostics
 

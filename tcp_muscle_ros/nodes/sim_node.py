@@ -1,11 +1,12 @@
 """Muscles that are not there: currents, powers or voltages in, and out what real ones with their sensors would show."""
 
-from array import array
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import Any
 
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Muscles
@@ -14,8 +15,9 @@ from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import pair
 from tcp_muscle_ros.nodes.safe_muscle import STATE_QOS
 from tcp_muscle_ros.nodes.safe_node import SafeNode
+from tcp_muscle_ros.nodes.serialized import SerializedPublisher
 from tcp_muscle_ros.nodes.sim_joint import SimJoint
-from tcp_muscle_ros.nodes.sim_muscle import SimMuscle, make_muscle
+from tcp_muscle_ros.nodes.sim_muscle import SimMuscle, joint_states, make_muscle
 from tcp_muscle_ros.nodes.ticks import SECOND, ScaledTime, TimeBase
 from tcp_muscle_ros.operating import SIM
 
@@ -30,8 +32,7 @@ class SimNode(SafeNode[SimMuscle]):
     """
 
     def __init__(self) -> None:
-        self._clock_message = Clock()
-        self.stamp = self._clock_message.clock  # the tick's, in every stamped message
+        self._stamps: list[memoryview[int]] = []  # the tick's, in every stamped message
         super().__init__(SIM)
         self._joints: list[SimJoint] = [
             SimJoint(self, name, settings, *(self.by_name[one] for one in pair(settings)))
@@ -39,18 +40,15 @@ class SimNode(SafeNode[SimMuscle]):
         ]
         self._currents = [0.0] * len(self.muscles)
         self.gather()
-        self._clock_publisher = None
+        self._clock_topic = None
         if isinstance(self.time_base, ScaledTime):
-            self._clock_publisher = self.create_publisher(Clock, '/clock', _CLOCK_QOS)
+            self._clock_topic, _ = self.stamped('/clock', Clock(), qos=_CLOCK_QOS)
         self._all_joints = None
         if self.plan.many:
-            self._all_joints = self.create_publisher(JointState, 'joint_states', STATE_QOS)
             names = [muscle.settings['joint_name'] for muscle in self.muscles] + [joint.name for joint in self._joints]
-            # Written in place, as the muscles' own.
-            self._position, self._velocity, self._effort = (array('d', [0.0] * len(names)) for _ in range(3))
-            self._joint_message = all_joints = JointState(name=names)
-            all_joints.position, all_joints.velocity, all_joints.effort = self._position, self._velocity, self._effort
-            self._joint_message.header.stamp = self.stamp
+            self._all_joints, (self._position, self._velocity, self._effort) = self.stamped(
+                'joint_states', joint_states(names), 'position', 'velocity', 'effort'
+            )
 
     def check(self, settings: Settings) -> None:
         """Raise BadInput against values that make no muscle, no limits or no clock."""
@@ -71,6 +69,14 @@ class SimNode(SafeNode[SimMuscle]):
         if self.common['real_time_factor'] != 1.0:
             return ScaledTime(self.common['real_time_factor'])
         return super().make_time_base()
+
+    def stamped(
+        self, topic: str, message: Any, *fields: str, qos: QoSProfile = STATE_QOS
+    ) -> tuple[SerializedPublisher, list[memoryview[float]]]:
+        """A topic whose message has the stamp of the tick, and where its fields are."""
+        serialized = SerializedPublisher(self.create_publisher(type(message), topic, qos), message)
+        self._stamps.append(serialized.stamp())
+        return serialized, [serialized.numbers(field) for field in fields]
 
     def gather(self) -> None:
         """Step the muscles together as they now are."""
@@ -98,9 +104,11 @@ class SimNode(SafeNode[SimMuscle]):
             self._publish(stamp)
 
     def _publish(self, stamp: int) -> None:
-        self.stamp.sec, self.stamp.nanosec = divmod(stamp, SECOND)
-        if self._clock_publisher is not None:
-            self._clock_publisher.publish(self._clock_message)
+        sec, nanosec = divmod(stamp, SECOND)
+        for place in self._stamps:
+            place[0], place[1] = sec, nanosec
+        if self._clock_topic is not None:
+            self._clock_topic.publish()
         for muscle in self.muscles:
             muscle.publish()
         for joint in self._joints:
@@ -111,7 +119,7 @@ class SimNode(SafeNode[SimMuscle]):
                 position[k], velocity[k], effort[k] = muscle.joint_state()
             for k, joint in enumerate(self._joints, len(self.muscles)):
                 position[k], velocity[k], effort[k] = joint.joint_state()
-            self._all_joints.publish(self._joint_message)
+            self._all_joints.publish()
 
 
 def main(args: Sequence[str] | None = None) -> int:
