@@ -128,11 +128,13 @@ def variants(
             reached = [min(max(low + share * (high - low), row.low), row.high) for share in _CROSSED]
             found += [{**usual, f'{effect}.{row.name}': value} for value in reached]
             continue
+        if row.low == 0.0 < row.value < 0.1 * row.high:  # its bound says little
+            between = float(np.sqrt(row.value * row.high))
+            found += [{**usual, f'{effect}.{row.name}': v} for v in (row.value / _APART, _APART * row.value, between)]
+            continue
         for share in (0.2, 0.8):
             if row.low > 0.0 and row.high / row.low > 10.0:
                 value = row.low * (row.high / row.low) ** share
-            elif row.low == 0.0 < row.value < 0.1 * row.high:  # its bound says little
-                value = row.value * _APART ** (1.0 if share > 0.5 else -1.0)
             else:
                 value = row.low + share * (row.high - row.low)
             found.append({**usual, f'{effect}.{row.name}': value})

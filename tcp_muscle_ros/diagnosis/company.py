@@ -8,7 +8,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Fold, Gain, conditions, confirmation, stretches
 from tcp_muscle_ros.diagnosis.rivals import Rival, penalised, prefer, rivals_for, shrink
-from tcp_muscle_ros.diagnosis.weighing import robust_noise, settle_noise, structures
+from tcp_muscle_ros.diagnosis.weighing import SWINGS, robust_noise, settle_noise, structures
 
 # 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
 THRESHOLD = 20.0
@@ -122,7 +122,8 @@ def confirm(
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare = shrink(present, effect)
         gain, looked_at = confirmation(bare, present)
-        if gain.holds and (effect == strongest or good_company(calibrated, bare, present, OF_REST)):
+        rest = 0.0 if effect == SWINGS else OF_REST  # what a swing leaves of itself hides what it took
+        if gain.holds and (effect == strongest or good_company(calibrated, bare, present, rest)):
             standing[effect] = gain, largest_share(calibrated, bare, present)
             other_conditions &= looked_at[0].whole is not None
         else:

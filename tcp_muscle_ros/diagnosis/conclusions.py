@@ -28,7 +28,7 @@ from tcp_muscle_ros.diagnosis.generic import drivers
 from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
 from tcp_muscle_ros.diagnosis.next_experiment import propose
 from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
-from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, FORM
+from tcp_muscle_ros.diagnosis.rivals import FORM, shrink
 from tcp_muscle_ros.diagnosis.selection import Chosen, Selection
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
@@ -219,13 +219,13 @@ def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[Not
 
 
 def _proposal(selection: Selection) -> Proposal | None:
-    """The experiment that separates the strongest finding from what it cannot be told from."""
+    """The experiment that tells the strongest finding of which there is doubt from what the data admit in its place."""
     for c in selection.chosen:
         if not c.indistinguishable:
             continue
-        mine = next(r for r in c.rivals if r.effect == c.effect)
-        other = next(r for r in c.rivals if r.effect == c.indistinguishable[0])
-        return propose(mine.fit, other.fit, (c.effect, other.effect), AMBIGUOUS)
+        fits = {r.effect: r.fit for r in c.rivals}
+        mine, others = fits[c.effect], {name: fits[name] for name in c.indistinguishable}
+        return propose(mine, others, shrink(mine, c.effect), c.effect, c.drop)
     return None
 
 

@@ -16,11 +16,15 @@ from tcp_muscle_ros.diagnosis.findings import Proposal, Step
 from tcp_muscle_ros.diagnosis.fitting import Fit, slopes
 from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.problem import Problem
+from tcp_muscle_ros.diagnosis.rivals import margin
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle import Parameters, steady_current
 from tcp_muscle_ros.muscle.arrays import Array
 
-_RATE = 20.0
+_RATE = 20.0  # Hz
+_SAMPLES = 1000  # by which a difference is judged, a channel: as many as a diagnosis takes
+_PLENTY = 2.0  # times the difference that is needed
+_BEFORE_IT_IS_OVER = 'a delay against a lag: the next edge comes before either is over'
 _HOTTEST = 273.15 + 90.0
 _G = 9.80665
 
@@ -50,7 +54,12 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
     stairs = tuple(on(20.0, s) for s in (0.4, 0.6, 0.8, 1.0, 0.8, 0.6, 0.8, 0.6, 0.4))
     probe = round(0.05 * full, 4)
     rng = np.random.default_rng(7)
-    prbs = tuple(on(float(d), 1.0 if k % 2 == 0 else 0.15) for k, d in enumerate(rng.choice([2.0, 4.0, 7.0, 12.0], 40)))
+
+    def switching(pace: float, count: int) -> tuple[Step, ...]:
+        spans = pace * rng.choice([1.0, 2.0, 3.5, 6.0], count)
+        return tuple(on(float(d), 1.0 if k % 2 == 0 else 0.15) for k, d in enumerate(spans))
+
+    swings = tuple(s for m in (0.4, 0.6, 0.75, 0.9) for s in (on(25.0, m), *4 * (on(3.0, 1.25 * m), on(3.0, 0.7 * m))))
     return [
         Plan('long hold', 'steady state apart from time constants', (rest(10.0), on(150.0, 0.95), rest(150.0))),
         Plan('staircase', 'minor loops: rate against history', (rest(10.0), *stairs, rest(60.0)), 2),
@@ -63,7 +72,10 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
                 rest(60.0),
             ),
         ),
-        Plan('fast switching', 'delays against inertia', (rest(5.0), *prbs, rest(30.0))),
+        Plan('fast switching', 'delays against inertia', (rest(5.0), *switching(2.0, 40), rest(30.0))),
+        Plan('rapid switching', _BEFORE_IT_IS_OVER, switching(0.5, 32)),
+        Plan('very rapid switching', _BEFORE_IT_IS_OVER, switching(0.2, 80)),
+        Plan('small swings', 'the heat capacity at each temperature by itself', swings),
         Plan(
             'slow ramp of steps',
             'the same range at another rate',
@@ -97,33 +109,38 @@ def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
         if name == 'force':
             continue  # at a loaded end the force is the load
         kept = np.abs(drive) > 0.01 if name == 'resistance' else np.ones(time.size, dtype=bool)
-        kept &= np.arange(time.size) % 4 == 0  # a fifth of a second is enough to judge a difference
+        kept &= np.arange(time.size) % max(1, round(time.size / _SAMPLES)) == 0
         if np.any(kept):
             observed[name] = Observed(time[kept], np.zeros(int(kept.sum())), np.ones(int(kept.sum())))
     imposed = Imposed('current', time, drive, load, np.full(time.size, ambient))
     return Experiment(plan.name, imposed, Holding('load', float(load[0])), observed)
 
 
-def propose(a: Fit, b: Fit, names: tuple[str, str], threshold: float) -> Proposal | None:
-    """The best protocol to tell fit ``a`` (with effect names[0]) from fit ``b``; None where none promises anything."""
-    problem = a.problem
-    like = next((e for e in problem.experiments if 'displacement' in e.observed), problem.experiments[0])
+def propose(a: Fit, others: Mapping[str, Fit], bare: Fit, effect: str, drop: float) -> Proposal | None:
+    """The best protocol to tell fit ``a``, with ``effect``, from those of ``others``, the closest first; None where
+    none promises anything.
+
+    ``bare`` is fit ``a`` without the effect, ``drop`` what the effect explains of the recordings at hand. No listed
+    form is quite the muscle's own: two must differ by more than the share of what the effect does, in old recordings
+    and new, within which they pass for alike.
+    """
+    like = next((e for e in a.problem.experiments if 'displacement' in e.observed), a.problem.experiments[0])
     ambient = float(a.values.get((AMBIENT, 0), like.imposed.ambient[0]))
-    best: tuple[float, Plan] | None = None
+    found = []
     for plan in plans(a.muscle, like.holding.starting_load, ambient):
         experiment = experiment_of(plan, like, ambient)
-        if not experiment.observed:
-            continue
-        distance = separation(a, b, experiment)
-        if best is None or distance > best[0]:
-            best = distance, plan
-    if best is None:
+        if experiment.observed:
+            needed = margin(drop + separation(a, bare, experiment))
+            apart = {name: separation(a, b, experiment) for name, b in others.items()}
+            found.append((sum(min(d / needed, _PLENTY) for d in apart.values()), apart, needed, plan))
+    if not found:
         return None
-    distance, plan = best
+    _, apart, needed, plan = max(found, key=lambda one: one[0])
+    other, distance = max(apart.items(), key=lambda one: one[1])
     # The likelihood ratio of the right model is about normal with mean d^2 and standard deviation 2 d.
     spread = 2.0 * float(np.sqrt(max(distance, 1e-12)))
-    power = float(norm.sf((threshold - distance) / spread))
-    return Proposal(names, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
+    power = float(norm.sf((needed - distance) / spread))
+    return Proposal((effect, other), plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
 
 
 def separation(a: Fit, b: Fit, experiment: Experiment) -> float:

@@ -86,7 +86,7 @@ def rivals_for(
     also: Collection[str] = (),
 ) -> list[Rival]:
     """Refit the most promising candidates on top of a fit, and those of ``also``, best first; those that soon lag
-    behind not to the end."""
+    behind what they and others promise not to the end."""
     promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
     promising += [c for c in ranked if c.effect in also and c not in promising]
     found = []
@@ -96,9 +96,10 @@ def rivals_for(
         grown = grow(base, candidate, rounds=_HEAT)
         found.append(Rival(candidate.effect, grown, penalised(grown)))
     bare = penalised(base)
-    least = bare - _LAGGING * max((bare - r.score for r in found), default=0.0)
-    for k, rival in enumerate(found):
-        if rival.score <= least:
+    best = max((bare - r.score for r in found), default=0.0)
+    for k, (rival, candidate) in enumerate(zip(found, promising, strict=True)):
+        # One that promises more than any has reached, and is far from it, has met a long valley.
+        if bare - rival.score >= _LAGGING * best or candidate.gain > best:
             if progress:
                 progress()
             begun = rival.fit

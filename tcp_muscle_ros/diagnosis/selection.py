@@ -29,6 +29,7 @@ from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, marg
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, calmed, settle_noise, structures, with_noise
 
 MOST_EFFECTS = 4
+_REVISIONS = 2
 
 
 @dataclass(frozen=True)
@@ -135,10 +136,14 @@ def _beside(
             calibrated = bare if beside is None else calmed(calibrated, present)
             present = calmed(present, present)
         present, found_structure = settle_noise(present, 1)
-    present, accepted, contests = revise(present, accepted, effects, contests, progress)
-    if accepted:
-        present, found_structure = settle_noise(present, 1)
-    present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated)
+    for _ in range(_REVISIONS):
+        present, accepted, contests = revise(present, accepted, effects, contests, progress)
+        if accepted:
+            present, found_structure = settle_noise(present, 1)
+        tried = accepted
+        present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated)
+        if not accepted or accepted == tried:
+            break  # else what was dropped may stand in the place of one that it stood beside
     if accepted:
         present = slips.further(present) if slipping else present
         found_structure = structures(present)

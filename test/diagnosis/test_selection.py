@@ -113,8 +113,8 @@ def test_a_sensor_goes_before_physics_unless_it_is_off_as_none_is(softened):
 
 def test_of_two_forms_that_are_alike_the_simpler_is_named(softened):
     flexible = as_rival(softened, 'latent_heat', 1000.0, c=0.02)
-    alike, unlike = (as_rival(softened, 'heat_capacity', score, c=0.001) for score in (1500.0, 1700.0))
-    assert prefer([flexible, alike], 11_000.0).effect == 'heat_capacity'
+    alike, unlike = (as_rival(softened, 'radiation', score, eps=0.1) for score in (1500.0, 1700.0))
+    assert prefer([flexible, alike], 11_000.0).effect == 'radiation'
     assert prefer([flexible, unlike], 11_000.0).effect == 'latent_heat'
 
 

@@ -5,7 +5,7 @@ E0 is the paper's protocol: 25 s on, 45 s off, three cycles, 0.18 to 0.27 A, 30 
 
 from functools import cache
 from itertools import product
-from math import exp, log1p, pi, sqrt, tanh
+from math import cosh, exp, log, log1p, pi, sqrt, tanh
 
 import numpy as np
 import pytest
@@ -210,7 +210,9 @@ def test_heat_is_booked(name):
         f, core = NOMINAL['two_node.f'], muscle.state[STATES['two_node']][0]
         assert gained == pytest.approx((1.0 - f) * stored + f * NOMINAL['C'] * (core - start), rel=1e-8)
     elif name == 'heat_capacity':
-        mean = 1.0 + NOMINAL['heat_capacity.c'] * 0.5 * (end - start)
+        c, middle, width = (NOMINAL[f'heat_capacity.{key}'] for key in ('c', 'Tg', 'w'))
+        risen = width * log(cosh((end - middle) / width) / cosh((start - middle) / width)) / (end - start)
+        mean = 1.0 + c * width * (risen - tanh((296.15 - middle) / width))
         assert gained == pytest.approx(stored * mean, rel=1e-8)
     elif name == 'latent_heat':
         assert gained > stored
@@ -284,7 +286,11 @@ def contraction(kelvin, load=0.5884):
 def test_radiation_and_heat_capacity_and_latent_heat_solve_their_equations():
     for name, lost, capacity in (
         ('radiation', lambda T: 0.5 * 5.670374419e-8 * pi * 0.75e-3 * 0.15 * (T**4 - 296.15**4), lambda T: 0.17),
-        ('heat_capacity', lambda T: 0.0, lambda T: 0.17 * (1.0 + 0.003 * (T - 296.15))),
+        (
+            'heat_capacity',
+            lambda T: 0.0,
+            lambda T: 0.17 * (1.0 + 0.12 * (tanh((T - 323.15) / 40.0) + tanh(27.0 / 40.0))),
+        ),
         ('latent_heat', lambda T: 0.0, lambda T: 0.17 + 0.04 * exp(-(((T - 333.15) / 6.0) ** 2) / 2.0)),
     ):
 
