@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis import slips, sudden
+from tcp_muscle_ros.diagnosis import shared, slips, sudden
 from tcp_muscle_ros.diagnosis.calibration import unit_of
+from tcp_muscle_ros.diagnosis.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.company import THRESHOLD
-from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment
+from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.findings import (
     Change,
     ChannelFit,
@@ -160,7 +161,8 @@ def _unexplained(selection: Selection) -> Unexplained | None:
             left[name] = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
     channel = max(left, key=lambda name: left[name], default=None)
     if channel is None or left[channel] < STILL_UNEXPLAINED:
-        return None
+        wandering = shared.wandering(selection)
+        return wandering if wandering is not None and wandering.share >= STILL_UNEXPLAINED else None
     share = left[channel]
     place = locate(selection.final, after, channel)
     driver = place.drivers[0]
@@ -224,8 +226,8 @@ def _proposal(selection: Selection) -> Proposal | None:
         if not c.indistinguishable:
             continue
         fits = {r.effect: r.fit for r in c.rivals}
-        mine, others = fits[c.effect], {name: fits[name] for name in c.indistinguishable}
-        return propose(mine, others, shrink(mine, c.effect), c.effect, c.drop)
+        alike = {name: fits[name] for name in (c.effect, *c.indistinguishable)}
+        return propose(alike, shrink(fits[c.effect], c.effect), c.drop)
     return None
 
 
@@ -334,7 +336,13 @@ def conclude(
         improved=improved_muscle(selection),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=(*notes(experiments), *sudden.notes(selection), *_unseen(selection), *_cut_short(selection)),
+        notes=(
+            *notes(experiments),
+            *sudden.notes(selection),
+            *(shared.notes(selection) if unexplained is not None else ()),
+            *_unseen(selection),
+            *_cut_short(selection),
+        ),
         seconds=dict(seconds),
     )
 
@@ -350,7 +358,7 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     if len(experiments) < 3:
         few = 'a single recording: held out are stretches of it' if len(experiments) == 1 else ''
         found.append(f'{few or "two recordings: held out are stretches of them"}, no other condition')
-    if any(_closed_loop(e) for e in experiments):
+    if any(is_closed_loop(e) for e in experiments):
         found.append(
             'the drive follows the muscle (closed loop): the controller hides in the current what it corrects in the '
             'displacement, so that creep, hysteresis and a loss of stroke show little; record open-loop steps to see '
@@ -374,11 +382,3 @@ def _cut_short(selection: Selection) -> tuple[str, ...]:
     if selection.final.problem.work.left:
         return ()
     return ('the search was cut short: with fewer or shorter recordings at once more could be tried',)
-
-
-def _closed_loop(experiment: Experiment) -> bool:
-    """A drive with many levels, where a setpoint was recorded or it changes at nearly every tick, is a controller's."""
-    drive = experiment.imposed.drive
-    changes = np.count_nonzero(np.diff(drive)) / max(drive.size - 1, 1)
-    told = experiment.known.get(FOLLOWS_SETPOINT) is True
-    return bool((told or changes > 0.3) and np.unique(np.round(drive, 6)).size > 50)

@@ -7,6 +7,7 @@ probable it is that the new recording tells them apart.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations, islice
 
 import numpy as np
 from scipy.stats import norm
@@ -23,7 +24,8 @@ from tcp_muscle_ros.muscle.arrays import Array
 
 _RATE = 20.0  # Hz
 _SAMPLES = 1000  # by which a difference is judged, a channel: as many as a diagnosis takes
-_PLENTY = 2.0  # times the difference that is needed
+_PLENTY = 4.0  # times the difference that is needed: more is no better
+_MEMBERS = 4  # of a set, that are to be told apart
 _BEFORE_IT_IS_OVER = 'a delay against a lag: the next edge comes before either is over'
 _HOTTEST = 273.15 + 90.0
 _G = 9.80665
@@ -116,31 +118,35 @@ def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
     return Experiment(plan.name, imposed, Holding('load', float(load[0])), observed)
 
 
-def propose(a: Fit, others: Mapping[str, Fit], bare: Fit, effect: str, drop: float) -> Proposal | None:
-    """The best protocol to tell fit ``a``, with ``effect``, from those of ``others``, the closest first; None where
-    none promises anything.
+def propose(alike: Mapping[str, Fit], bare: Fit, drop: float) -> Proposal | None:
+    """The protocol that best tells models apart that explain the recordings alike, the named one first; None where none
+    promises anything.
 
-    ``bare`` is fit ``a`` without the effect, ``drop`` what the effect explains of the recordings at hand. No listed
-    form is quite the muscle's own: two must differ by more than the share of what the effect does, in old recordings
-    and new, within which they pass for alike.
+    ``bare`` is the first without its effect, ``drop`` what that explains of the recordings at hand. No listed form is
+    quite the muscle's own: two must differ by more than the share of what the effect does, in old recordings and new,
+    within which they pass for alike.
     """
-    like = next((e for e in a.problem.experiments if 'displacement' in e.observed), a.problem.experiments[0])
-    ambient = float(a.values.get((AMBIENT, 0), like.imposed.ambient[0]))
+    members = dict(islice(alike.items(), _MEMBERS))
+    first = next(iter(members.values()))
+    like = next((e for e in first.problem.experiments if 'displacement' in e.observed), first.problem.experiments[0])
+    ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
     found = []
-    for plan in plans(a.muscle, like.holding.starting_load, ambient):
+    for plan in plans(first.muscle, like.holding.starting_load, ambient):
         experiment = experiment_of(plan, like, ambient)
         if experiment.observed:
-            needed = margin(drop + separation(a, bare, experiment))
-            apart = {name: separation(a, b, experiment) for name, b in others.items()}
+            needed = margin(drop + separation(first, bare, experiment))
+            apart = {
+                (one, two): separation(members[one], members[two], experiment) for one, two in combinations(members, 2)
+            }
             found.append((sum(min(d / needed, _PLENTY) for d in apart.values()), apart, needed, plan))
     if not found:
         return None
     _, apart, needed, plan = max(found, key=lambda one: one[0])
-    other, distance = max(apart.items(), key=lambda one: one[1])
+    pair, distance = max(apart.items(), key=lambda one: one[1])
     # The likelihood ratio of the right model is about normal with mean d^2 and standard deviation 2 d.
     spread = 2.0 * float(np.sqrt(max(distance, 1e-12)))
     power = float(norm.sf((needed - distance) / spread))
-    return Proposal((effect, other), plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
+    return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
 
 
 def separation(a: Fit, b: Fit, experiment: Experiment) -> float:

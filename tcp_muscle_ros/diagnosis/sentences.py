@@ -79,7 +79,12 @@ def headline(
             'recalibrated, it agrees.'
         )
     if location is None:
-        return 'The recordings differ from the simulation.'
+        if unexplained is None:
+            return 'The recordings differ from the simulation.'
+        return (
+            f'Recalibrated, the simulation still misses the {unexplained.channel}; another channel shows the same, so '
+            f'that it is no noise, and no effect of the catalogue explains it.'
+        )
     opening = f'{where(location)}, {_misfit(location)}.'
     if verdict == 'unexplained' and unexplained is not None:
         return (
