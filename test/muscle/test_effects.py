@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from muscle.reference import Sample
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from tcp_muscle_ros.muscle import EFFECTS, Muscle, Outputs, Parameters, simulate
 from tcp_muscle_ros.muscle.layout import STATES
@@ -323,6 +324,26 @@ def test_exposed_area_and_motion_convection_solve_their_equations():
 
     (kelvin,) = solve(stirred, [296.15], PULSE)
     assert_same(model('motion_convection', PULSE), kelvin, contraction(kelvin))
+
+
+def test_motion_convection_goes_with_a_power_of_the_speed():
+    """With the root of it; the motion, which depends on the heating that it changes, found by bracketing."""
+
+    def stirred(t, y, i, load):
+        def length(T):
+            return expand(T) + load / stiffness(T)
+
+        slope = (length(y[0] + 1e-3) - length(y[0] - 1e-3)) / 2e-3
+        loss = 0.01933 * (y[0] - 296.15)
+
+        def rate(speed):
+            return (i**2 * ohms(y[0]) - loss * (1.0 + 10.0 * speed * (max(speed, 1e-5) / 0.01) ** -0.5)) / 0.17
+
+        speed = brentq(lambda v: abs(slope * rate(v)) - v, 0.0, 1.0, xtol=1e-14) if rate(0.0) else 0.0
+        return [rate(speed)]
+
+    (kelvin,) = solve(stirred, [296.15], PULSE)
+    assert_same(model('motion_convection', PULSE, {'n': 0.5}), kelvin, contraction(kelvin))
 
 
 def test_motion_convection_ends_where_motion_ends():
