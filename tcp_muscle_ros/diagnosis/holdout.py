@@ -1,12 +1,13 @@
 """Held-out data: other recordings, or other stretches of a single one; free-run, never one step ahead."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.candidates import without_effect
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
@@ -22,6 +23,7 @@ _SEEN, _NOTABLE = 4.0, 0.02
 _BEYOND, _FAR_BEYOND = 5.0, 40.0
 # Nor is failure one where the poorer model misses (squared) a recording so many times as far as it misses the others.
 _UNLIKE = 2.0
+_TOUCHES = 0.1  # of the noise
 
 
 @dataclass(frozen=True)
@@ -88,14 +90,14 @@ def testing(problem: Problem, fold: Fold) -> Problem:
 class HeldOut:
     """Errors on data not fitted.
 
-    ``white``: whitened residuals, ``fitted``: those of the data that were fitted instead, ``misfit``: sums of squares
-    of the former, one a cluster; each one array a fold. ``squares`` and ``count``: by channel the sum of squared errors
-    (SI) and how many.
+    ``white``: whitened residuals by channel, ``misfit``: sums of their squares, one a cluster; ``fitted``: whitened
+    residuals of the data that were fitted instead; each one a fold. ``squares`` and ``count``: by channel the sum of
+    squared errors (SI) and how many.
     """
 
-    white: tuple[Array, ...]
+    white: tuple[Mapping[str, Array], ...]
     fitted: tuple[Array, ...]
-    misfit: tuple[Array, ...]
+    misfit: tuple[Mapping[str, Array], ...]
     squares: dict[str, float]
     count: dict[str, int]
 
@@ -112,8 +114,8 @@ def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> Held
     brings its own. So is all that belongs to it alone where it is kept back whole.
     """
     problem = fitted.problem
-    clusters: list[Array] = []
-    errors: list[Array] = []
+    clusters: list[Mapping[str, Array]] = []
+    errors: list[Mapping[str, Array]] = []
     remembered: list[Array] = []
     squares: dict[str, float] = {}
     count: dict[str, int] = {}
@@ -129,23 +131,24 @@ def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> Held
         looked = testing(problem, fold)
         predictions = problem.predictions(z)
         remaining, unseen = (_at_the_instants_of(part, problem, predictions) for part in (rest, looked))
-        together, sums = [], []
+        together: dict[str, list[Array]] = {}
+        sums: dict[str, list[Array]] = {}
         for recording in sorted({k for k, _, _ in fold.stretches}):
             # A stretch has the zero of the rest of its recording: with one of its own it would show no drift.
             zeros = rest.zeros(remaining[recording], recording)
-            white = looked.residual(unseen[recording], recording, zeros)[:-1]  # the last entry is not data
-            together.append(white)
+            white = looked.residual(unseen[recording], recording, zeros)
             start = 0
-            for channel in looked.experiments[recording].observed.values():
-                part = white[start : start + channel.time.size] ** 2
+            for name, channel in looked.experiments[recording].observed.items():
+                part = white[start : start + channel.time.size]
                 start += channel.time.size
                 label = np.floor((channel.time - channel.time[0]) / _CLUSTER).astype(int)
-                sums.append(np.bincount(label, part))
+                together.setdefault(name, []).append(part)
+                sums.setdefault(name, []).append(np.asarray(np.bincount(label, part**2)))
             for name, left in looked.raw_residual(unseen[recording], recording, zeros).items():
                 squares[name] = squares.get(name, 0.0) + float(left @ left)
                 count[name] = count.get(name, 0) + left.size
-        clusters.append(np.concatenate(sums))
-        errors.append(np.concatenate(together))
+        clusters.append({name: np.concatenate(parts) for name, parts in sums.items()})
+        errors.append({name: np.concatenate(parts) for name, parts in together.items()})
         remembered.append(np.concatenate(trained.residuals))
     return HeldOut(tuple(errors), tuple(remembered), tuple(clusters), squares, count)
 
@@ -193,22 +196,26 @@ def _slopes_of(rest: Problem, fitted: Fit) -> list[Shown] | None:
     return None if known is None else _at_the_instants_of(rest, fitted.problem, known)
 
 
-def improvement(before: HeldOut, after: HeldOut, whole: bool = False) -> Gain:
-    """What changed on the same unseen data, under the same noise.
+def improvement(before: HeldOut, after: HeldOut, whole: bool = False, channels: frozenset[str] | None = None) -> Gain:
+    """What changed on the same unseen data, under the same noise; of these ``channels``, None: all.
 
     Where noise e is all that a model leaves, another that differs by d changes the misfit by d'd + 2 e'd. A fold has no
     say where the models hardly differ; nor, where folds are ``whole`` recordings, where the models differ far more than
     on what they were fitted to, or miss the recording far more than the others: what the rest did not show was not
     learnt from it. There a failure is not the effect's, but a success is.
     """
-    moved = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.white, after.white, strict=True)])
+    had, has, missed, misses = (
+        [_together(fold, channels) for fold in folds]
+        for folds in (before.white, after.white, before.misfit, after.misfit)
+    )
+    moved = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(had, has, strict=True)])
     learnt = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.fitted, after.fitted, strict=True)])
     say = moved > max(_SEEN, _NOTABLE * float(moved.max(initial=0.0)))
-    drops = [a - b for a, b in zip(before.misfit, after.misfit, strict=True)]
+    drops = [a - b for a, b in zip(missed, misses, strict=True)]
     better = np.array([float(drop.sum()) > 0.0 for drop in drops])
     if whole:
         say &= (moved > _NOTABLE * learnt) & (moved <= np.where(better, _FAR_BEYOND, _BEYOND) * learnt)
-        say &= better | ~_unlike(before)
+        say &= better | ~_unlike(had)
     if not say.any():
         return Gain(0.0, 0.0, 0.0, 0.0, 0)
     counted = np.concatenate([drop for drop, counts in zip(drops, say, strict=True) if counts])
@@ -221,20 +228,46 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False) -> Gain:
     )
 
 
-def _unlike(model: HeldOut) -> Mask:
+def _together(fold: Mapping[str, Array], channels: frozenset[str] | None) -> Array:
+    """What there is of these channels."""
+    parts = [part for name, part in fold.items() if channels is None or name in channels]
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def _unlike(white: Sequence[Array]) -> Mask:
     """Which folds are missed far more than the others."""
-    missed = np.array([float(np.mean(white**2)) for white in model.white])
+    missed = np.array([float(np.mean(fold**2)) if fold.size else 0.0 for fold in white])
     usual = np.array([float(np.median(np.delete(missed, k))) for k in range(missed.size)])
     return np.asarray(missed > _UNLIKE * usual)
+
+
+def touched(before: Fit, after: Fit) -> frozenset[str] | None:
+    """The channels that what ``after`` has more changes by itself; None for all.
+
+    Where it changes nothing the two models differ by how little the data fix of their other parameters.
+    """
+    more = set(after.problem.parameters.effects) - set(before.problem.parameters.effects)
+    if len(more) != 1:
+        return None
+    effect = more.pop()
+    without = without_effect(after.problem, effect)
+    kept = [k for k, u in enumerate(after.problem.unknowns) if not u.name.startswith(f'{effect}.')]
+    shown = without.predictions(after.z[kept])
+    found = set()
+    for had, has in zip(shown, after.predictions, strict=True):
+        for name, noise in after.problem.noise.items():
+            if name in had and float(np.sqrt(np.mean((has[name] - had[name]) ** 2))) > _TOUCHES * noise.sigma:
+                found.add(name)
+    return frozenset(found) if found else None
 
 
 def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:
     """What unseen data say of a richer model, and which: other conditions where they confirm it or speak against it,
     else, where they say too little, other stretches of the same ones."""
-    kept_back = conditions(after.problem)
+    kept_back, channels = conditions(after.problem), touched(before, after)
     if kept_back:
-        gain = improvement(held_out(before, kept_back), held_out(after, kept_back), whole=True)
+        gain = improvement(held_out(before, kept_back), held_out(after, kept_back), whole=True, channels=channels)
         if gain.holds or gain.fails:
             return gain, kept_back
     kept_back = stretches(after.problem)
-    return improvement(held_out(before, kept_back), held_out(after, kept_back)), kept_back
+    return improvement(held_out(before, kept_back), held_out(after, kept_back), channels=channels), kept_back

@@ -150,28 +150,32 @@ def propose(alike: Mapping[str, Fit], bare: Fit, drop: float) -> Proposal | None
 
 
 def separation(a: Fit, b: Fit, experiment: Experiment) -> float:
-    """Squared whitened distance of two models' predictions, after ``b`` has adapted as far as its data allow."""
+    """Squared whitened distance of two models' predictions, after ``b`` has adapted as far as its data allow.
+
+    What an effect had for each recording by itself, it has anew in this one.
+    """
     noise = _noise_at(b.problem.noise, b.problem.experiments, experiment)
-    new_a, new_b = _alone(a, experiment, noise), _alone(b, experiment, noise)
-    za, zb = _shared(a), _shared(b)
+    (new_a, za, _), (new_b, zb, kept) = (_alone(fitted, experiment, noise) for fitted in (a, b))
     base = new_b.predictions(zb)
     difference = new_b.residuals(base)[0] - new_a.residuals(new_a.predictions(za))[0]
     columns = new_b.jacobian(slopes(new_b, zb, base))
-    kept = [k for k, u in enumerate(b.problem.unknowns) if u.recording is None]
-    information = np.linalg.pinv(b.covariance[np.ix_(kept, kept)], hermitian=True)
+    information = np.diag([1.0 / u.prior_spread**2 for u in new_b.unknowns])
+    shared = len(kept)
+    information[:shared, :shared] = np.linalg.pinv(b.covariance[np.ix_(kept, kept)], hermitian=True)
     normal = columns.T @ columns + information
     taken = np.linalg.solve(normal, columns.T @ difference)
     left = difference - columns @ taken
     return float(left @ left + taken @ information @ taken)
 
 
-def _alone(fitted: Fit, experiment: Experiment, noise: Mapping[str, Noise]) -> Problem:
-    shared = tuple(u for u in fitted.problem.unknowns if u.recording is None and u.name not in (AMBIENT, START))
-    return replace(fitted.problem, experiments=(experiment,), unknowns=shared, noise=noise)
-
-
-def _shared(fitted: Fit) -> Array:
-    return np.array([z for z, u in zip(fitted.z, fitted.problem.unknowns, strict=True) if u.recording is None])
+def _alone(fitted: Fit, experiment: Experiment, noise: Mapping[str, Noise]) -> tuple[Problem, Array, list[int]]:
+    """The problem of one experiment, where a fit stands, and which of its unknowns all recordings share; they come
+    first."""
+    unknowns = fitted.problem.unknowns
+    kept = [k for k, u in enumerate(unknowns) if u.recording is None and u.name not in (AMBIENT, START)]
+    own = [k for k, u in enumerate(unknowns) if u.recording == 0 and u.name not in (AMBIENT, START)]
+    mine = tuple(unknowns[k] for k in (*kept, *own))
+    return replace(fitted.problem, experiments=(experiment,), unknowns=mine, noise=noise), fitted.z[[*kept, *own]], kept
 
 
 def _noise_at(noise: Mapping[str, Noise], recorded: tuple[Experiment, ...], planned: Experiment) -> dict[str, Noise]:

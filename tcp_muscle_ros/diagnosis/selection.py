@@ -136,8 +136,9 @@ def _beside(
             calibrated = bare if beside is None else calmed(calibrated, present)
             present = calmed(present, present)
         present, found_structure = settle_noise(present, 1)
+    tried = effects
     for _ in range(_REVISIONS):
-        present, accepted, contests = revise(present, accepted, effects, contests, progress)
+        present, accepted, contests = revise(present, accepted, tried, contests, progress)
         if accepted:
             present, found_structure = settle_noise(present, 1)
         tried = accepted

@@ -30,7 +30,8 @@ def softened():
 def held_back(*folds):
     """Of each fold: whitened residuals on what was kept back, and on what was fitted."""
     kept, fitted = ([np.array(f[k], dtype=float) for f in folds] for k in (0, 1))
-    return HeldOut(tuple(kept), tuple(fitted), tuple(f**2 for f in kept), {}, {})
+    white = tuple({'displacement': f} for f in kept)
+    return HeldOut(white, tuple(fitted), tuple({'displacement': f**2} for f in kept), {}, {})
 
 
 ONES, NONE = np.ones(200), np.zeros(200)
