@@ -1,0 +1,63 @@
+"""The proposed experiment is one under which what passed for alike differs by more than forms may."""
+
+import numpy as np
+import pytest
+from diagnosis.made import NOMINAL, TRUE, experiment
+
+from tcp_muscle_ros.diagnosis.calibration import calibrate
+from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, with_effect
+from tcp_muscle_ros.diagnosis.fitting import fit
+from tcp_muscle_ros.diagnosis.next_experiment import experiment_of, plans, propose, separation
+from tcp_muscle_ros.diagnosis.rivals import penalised, rivals_for, shrink
+
+CHANNELS = ['temperature', 'resistance', 'displacement']
+LATE = TRUE.with_effects('thermocouple_lag').replace({'thermocouple_lag.tau': 0.3})
+
+
+@pytest.fixture(scope='module')
+def late():
+    """Recordings with a thermometer that lags, and the two models that explain them."""
+    made = [experiment(CHANNELS, seed=k, load=load, muscle=LATE) for k, load in enumerate((0.4, 0.6))]
+    bare = calibrate(made, NOMINAL).fit
+    ranked, _ = screen(bare, ['thermocouple_lag', 'clock_skew'])
+    return bare, {rival.effect: rival for rival in rivals_for(bare, ranked, None)}
+
+
+def proposal(late, *names):
+    bare, rivals = late
+    first = rivals[names[0]].fit
+    drop = penalised(bare) - rivals[names[0]].score
+    return propose({name: rivals[name].fit for name in names}, shrink(first, names[0]), drop)
+
+
+def test_a_lag_is_told_from_a_delay_by_edges_that_follow_before_either_is_over(late):
+    found = proposal(late, 'thermocouple_lag', 'clock_skew')
+    assert found.name in ('rapid switching', 'very rapid switching')
+    assert set(found.separates) == {'thermocouple_lag', 'clock_skew'}
+    assert found.power > 0.9
+
+
+def test_a_model_is_not_told_from_itself(late):
+    _, rivals = late
+    fitted = rivals['thermocouple_lag'].fit
+    for plan in plans(fitted.muscle, 0.5, NOMINAL['T0']):
+        planned = experiment_of(plan, fitted.problem.experiments[0], NOMINAL['T0'])
+        assert separation(fitted, fitted, planned) == pytest.approx(0.0, abs=1e-9)
+
+
+def with_drift(bare, rate, own, rounds=10):
+    """The fit with a drift (m/s): of each recording by itself, or one for all."""
+    values = {'displacement_drift.r': rate}
+    each = tuple(values for _ in bare.problem.experiments) if own else ()
+    problem = with_effect(bare.problem, Candidate('displacement_drift', values, 0.0, 0.0, each))
+    return fit(problem, np.concatenate([bare.z, problem.start()[bare.z.size :]]), rounds=rounds)
+
+
+def test_what_an_effect_has_for_each_recording_by_itself_it_has_anew(late):
+    """A drift of its own in each recording follows any drift of the next; one for all is what it was."""
+    bare, _ = late
+    rest = next(p for p in plans(bare.muscle, 0.5, NOMINAL['T0']) if p.name == 'at rest')
+    planned = experiment_of(rest, bare.problem.experiments[0], NOMINAL['T0'])
+    drifting = with_drift(bare, -3e-5, own=False, rounds=0)  # 9 mm in the 300 s
+    assert separation(drifting, with_drift(bare, 1e-5, own=True), planned) < 200.0  # what its prior says of it
+    assert separation(drifting, with_drift(bare, 1e-5, own=False), planned) > 1e4
