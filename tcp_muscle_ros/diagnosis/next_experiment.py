@@ -16,7 +16,7 @@ from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Ob
 from tcp_muscle_ros.diagnosis.findings import Proposal, Step
 from tcp_muscle_ros.diagnosis.fitting import Fit, slopes
 from tcp_muscle_ros.diagnosis.noise import Noise
-from tcp_muscle_ros.diagnosis.problem import Problem
+from tcp_muscle_ros.diagnosis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.rivals import margin
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle import Parameters, steady_current
@@ -25,6 +25,10 @@ from tcp_muscle_ros.muscle.arrays import Array
 _RATE = 20.0  # Hz
 _SAMPLES = 1000  # by which a difference is judged, a channel: as many as a diagnosis takes
 _PLENTY = 4.0  # times the difference that is needed: more is no better
+_SPARE = 0.1  # what room to spare is worth beside a pair that is told apart
+_SETTLED = 0.02  # of the distance: less is no progress
+_SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step
+_CLOSER, _ROUNDS = 4, 4  # plans that are looked at more closely, and how often models adapt there
 _MEMBERS = 4  # of a set, that are to be told apart
 _BEFORE_IT_IS_OVER = 'a delay against a lag: the next edge comes before either is over'
 _HOTTEST = 273.15 + 90.0
@@ -130,18 +134,28 @@ def propose(alike: Mapping[str, Fit], bare: Fit, drop: float) -> Proposal | None
     first = next(iter(members.values()))
     like = next((e for e in first.problem.experiments if 'displacement' in e.observed), first.problem.experiments[0])
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
-    found = []
-    for plan in plans(first.muscle, like.holding.starting_load, ambient):
-        experiment = experiment_of(plan, like, ambient)
-        if experiment.observed:
-            needed = margin(drop + separation(first, bare, experiment))
-            apart = {
-                (one, two): separation(members[one], members[two], experiment) for one, two in combinations(members, 2)
-            }
-            found.append((sum(min(d / needed, _PLENTY) for d in apart.values()), apart, needed, plan))
+    planned = [
+        (plan, experiment)
+        for plan in plans(first.muscle, like.holding.starting_load, ambient)
+        if (experiment := experiment_of(plan, like, ambient)).observed
+    ]
+
+    def look(experiment: Experiment, rounds: int) -> tuple[float, dict[tuple[str, str], float], float]:
+        """What a plan is worth, how far it sets each pair apart, and how far is needed."""
+        needed = margin(drop + separation(first, bare, experiment, rounds))
+        apart = {
+            (one, two): separation(members[one], members[two], experiment, rounds)
+            for one, two in combinations(members, 2)
+        }
+        enough = np.array(list(apart.values())) / needed
+        # First as many pairs as may be, then with room to spare.
+        return float(np.minimum(enough, 1.0).sum() + _SPARE * np.minimum(enough, _PLENTY).sum()), apart, needed
+
+    promising = sorted(planned, key=lambda one: -look(one[1], 1)[0])[:_CLOSER]
+    found = [(plan, *look(experiment, _ROUNDS)) for plan, experiment in promising]
     if not found:
         return None
-    _, apart, needed, plan = max(found, key=lambda one: one[0])
+    plan, _, apart, needed = max(found, key=lambda one: one[1])
     pair, distance = max(apart.items(), key=lambda one: one[1])
     # The likelihood ratio of the right model is about normal with mean d^2 and standard deviation 2 d.
     spread = 2.0 * float(np.sqrt(max(distance, 1e-12)))
@@ -149,23 +163,35 @@ def propose(alike: Mapping[str, Fit], bare: Fit, drop: float) -> Proposal | None
     return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
 
 
-def separation(a: Fit, b: Fit, experiment: Experiment) -> float:
+def separation(a: Fit, b: Fit, experiment: Experiment, rounds: int = _ROUNDS) -> float:
     """Squared whitened distance of two models' predictions, after ``b`` has adapted as far as its data allow.
 
     What an effect had for each recording by itself, it has anew in this one.
     """
     noise = _noise_at(b.problem.noise, b.problem.experiments, experiment)
     (new_a, za, _), (new_b, zb, kept) = (_alone(fitted, experiment, noise) for fitted in (a, b))
-    base = new_b.predictions(zb)
-    difference = new_b.residuals(base)[0] - new_a.residuals(new_a.predictions(za))[0]
-    columns = new_b.jacobian(slopes(new_b, zb, base))
+    told = new_a.residuals(new_a.predictions(za))[0]
     information = np.diag([1.0 / u.prior_spread**2 for u in new_b.unknowns])
     shared = len(kept)
     information[:shared, :shared] = np.linalg.pinv(b.covariance[np.ix_(kept, kept)], hermitian=True)
-    normal = columns.T @ columns + information
-    taken = np.linalg.solve(normal, columns.T @ difference)
-    left = difference - columns @ taken
-    return float(left @ left + taken @ information @ taken)
+
+    def missed(z: Array) -> tuple[float, list[Shown], Array]:
+        shown = new_b.predictions(z)
+        difference = new_b.residuals(shown)[0] - told
+        return float(difference @ difference + (z - zb) @ information @ (z - zb)), shown, difference
+
+    z, (least, shown, difference) = zb, missed(zb)
+    for _ in range(rounds):
+        columns = new_b.jacobian(slopes(new_b, z, shown))
+        step = np.linalg.solve(columns.T @ columns + information, columns.T @ difference + information @ (z - zb))
+        if rounds == 1:  # a first look: as the linear approximation has it
+            left = difference - columns @ step
+            return float(left @ left + step @ information @ step)
+        best = min(((z - share * step, *missed(z - share * step)) for share in _SHARES), key=lambda one: one[1])
+        if best[1] >= (1.0 - _SETTLED) * least:
+            break
+        z, least, shown, difference = best
+    return least
 
 
 def _alone(fitted: Fit, experiment: Experiment, noise: Mapping[str, Noise]) -> tuple[Problem, Array, list[int]]:
