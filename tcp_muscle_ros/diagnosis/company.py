@@ -9,12 +9,14 @@ from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Fold, Gain, conditions, confirmation, stretches
 from tcp_muscle_ros.diagnosis.rivals import Rival, penalised, prefer, rivals_for, shrink
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, robust_noise, settle_noise, structures
+from tcp_muscle_ros.muscle import EFFECTS
 
 # 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
 THRESHOLD = 20.0
 _REVISED = 3  # rivals that an effect must hold against
 _MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
 OF_ALL = 0.05  # of what was missed: what remains beside a strong effect, whose form is not quite the muscle's
+_LEAST_APART = 0.08  # of that, where an effect stands apart
 # Of what is left without it, an effect takes most; while others are still to be found, less.
 OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
 _TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
@@ -39,14 +41,27 @@ def share(before: dict[str, Structure], fitted: Fit, after: Fit) -> float:
     return max(shares, default=0.0)
 
 
-def good_company(calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all: float = OF_ALL) -> bool:
+def good_company(
+    calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all: float = OF_ALL, apart: bool = False
+) -> bool:
     """Whether an effect beside a stronger one is more than what the stronger one's form leaves.
 
     It takes a share ``of_all`` of what was missed, and a share ``rest`` of what is left: what a form leaves, several
-    effects explain a little, and none of them all.
+    effects explain a little, and none of them all. One that stands ``apart`` may be the less of what was missed, the
+    more it takes of what is left.
     """
-    real = largest_share(calibrated, without, fitted) >= of_all
-    return real and largest_share(without, without, fitted, robust=False) >= rest
+    took = largest_share(without, without, fitted, robust=False)
+    if apart:
+        of_all *= max(_LEAST_APART, min(1.0, (1.0 - took) / (1.0 - OF_REST_AT_FIRST)))
+    return took >= rest and largest_share(calibrated, without, fitted) >= of_all
+
+
+def stands_apart(effect: str, accepted: Sequence[str]) -> bool:
+    """Whether it is physics of a stage of which nothing was found yet: what a form leaves, effects of its own stage
+    explain best. Circumstances bend to anything, and what is left of a swing to much."""
+    found = {EFFECTS[other].stage for other in accepted if other != effect}
+    definition = EFFECTS[effect]
+    return definition.stage not in found | {'sensor'} and not definition.circumstance and SWINGS not in accepted
 
 
 def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
@@ -123,7 +138,8 @@ def confirm(
         bare = shrink(present, effect)
         gain, looked_at = confirmation(bare, present)
         rest = 0.0 if effect == SWINGS else OF_REST  # what a swing leaves of itself hides what it took
-        if gain.holds and (effect == strongest or good_company(calibrated, bare, present, rest)):
+        apart = stands_apart(effect, accepted)
+        if gain.holds and (effect == strongest or good_company(calibrated, bare, present, rest, apart=apart)):
             standing[effect] = gain, largest_share(calibrated, bare, present)
             other_conditions &= looked_at[0].whole is not None
         else:

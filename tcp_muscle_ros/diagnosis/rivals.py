@@ -128,17 +128,18 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     """The best model; among those that it does not beat, the simplest.
 
     That is one that holds for all recordings alike, then a sensor (unless it is off as hardly any ever is) before
-    physics, then the fewest parameters. In one stage, where form decides, a form with more parameters follows another's
-    by what it may bend: it must be more than alike to win. ``bare`` is the score without any of them.
+    physics, then what is expected of the fibre, then the fewest parameters. In one stage, where form decides, a form
+    with more parameters follows another's by what it may bend: it must be more than alike to win. ``bare`` is the score
+    without any of them.
     """
     best = min(r.score for r in rivals)
     close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
 
-    def order(rival: Rival) -> tuple[bool, int, int, float]:
+    def order(rival: Rival) -> tuple[bool, int, bool, int, float]:
         effect = EFFECTS[rival.effect]
         own = any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
         rank = 1 if effect.stage != 'sensor' else 2 if _far(rival) else 0
-        return own, rank, len(effect.fitted), rival.score
+        return own, rank, effect.unexpected, len(effect.fitted), rival.score
 
     first = min(close, key=order)
     stage = EFFECTS[first.effect].stage

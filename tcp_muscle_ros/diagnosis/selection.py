@@ -20,6 +20,7 @@ from tcp_muscle_ros.diagnosis.company import (
     good_company,
     largest_share,
     revise,
+    stands_apart,
 )
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
@@ -120,7 +121,8 @@ def _beside(
         pool = [e for e in effects if e not in accepted]
 
         def good(rival: Rival, _rivals: Sequence[Rival], calibrated: Fit = calibrated, without: Fit = present) -> bool:
-            return not accepted or good_company(calibrated, without, rival.fit, OF_REST_AT_FIRST)
+            apart = stands_apart(rival.effect, accepted)
+            return not accepted or good_company(calibrated, without, rival.fit, OF_REST_AT_FIRST, apart=apart)
 
         picked = pick(present, found_structure, pool, good, progress)
         first = first or picked

@@ -43,5 +43,6 @@ EFFECT = Effect(
     ),
     hooks={'heat': heat},
     strength='c',
+    unexpected=True,
     fastest_rate=lambda c, p: float(6.0 / c[2]),
 )
