@@ -28,14 +28,15 @@ Contest = tuple[float, list[Rival]]  # the drop of the misfit that the best of t
 def share(before: dict[str, Structure], fitted: Fit, after: Fit) -> float:
     """The largest share, over channels, of the misfit above noise that went.
 
-    The noise is that of the better model where it is the smaller: what a model lacks may look like noise to it.
+    The noise is that of the better model where it is the smaller, and no more than that leaves: what a model lacks may
+    look like noise to it.
     """
     shares = []
     left = structures(after)
     for name, s in before.items():
         a = fitted.mean_square[name]
         b = after.mean_square[name]
-        gap = a - min(s.noise.sigma, left[name].noise.sigma) ** 2
+        gap = a - min(s.noise.sigma**2, left[name].noise.sigma ** 2, b)
         if (s.significant or a - b > _REAL * a) and gap > 0.0:
             shares.append((a - b) / gap)
     return max(shares, default=0.0)
