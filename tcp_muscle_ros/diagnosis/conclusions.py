@@ -339,7 +339,7 @@ def conclude(
         notes=(
             *notes(experiments),
             *sudden.notes(selection),
-            *(shared.notes(selection) if unexplained is not None else ()),
+            *shared.notes(selection, unexplained),
             *_unseen(selection),
             *_cut_short(selection),
         ),

@@ -32,7 +32,6 @@ _CLOSER, _ROUNDS = 4, 4  # plans that are looked at more closely, and how often 
 _MEMBERS = 4  # of a set, that are to be told apart
 _BEFORE_IT_IS_OVER = 'a delay against a lag: the next edge comes before either is over'
 _HOTTEST = 273.15 + 90.0
-_G = 9.80665
 
 
 @dataclass(frozen=True)

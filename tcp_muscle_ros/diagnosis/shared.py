@@ -5,6 +5,7 @@ muscle goes with it, a smooth misfit passes for slow noise in each channel alone
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
@@ -50,10 +51,10 @@ def wandering(selection: Selection) -> Unexplained | None:
     return Unexplained(stage, channel, share, 'elapsed', start - begin, end - begin, found.interval)
 
 
-def notes(selection: Selection) -> tuple[str, ...]:
-    """That what is left is no noise, and how it is known."""
+def notes(selection: Selection, unexplained: Unexplained | None) -> tuple[str, ...]:
+    """Where that is what is ``unexplained``: that it is no noise, and how it is known."""
     found = shared_misfit(selection.final)
-    if found is None:
+    if found is None or unexplained != wandering(selection):
         return ()
     one, two = found.channels
     return (
@@ -62,6 +63,7 @@ def notes(selection: Selection) -> tuple[str, ...]:
     )
 
 
+@lru_cache(maxsize=2)
 def shared_misfit(fitted: Fit) -> Shared | None:
     """The pair of channels that agree best on what a fit leaves; None where none do beyond chance and noise."""
     experiments = fitted.problem.experiments

@@ -54,4 +54,4 @@ class NumberPublisher(SerializedPublisher):
     def send(self, value: float) -> None:
         """Send a number."""
         self._number[0] = value
-        self.publisher.publish(bytes(self._bytes))
+        self.publish()

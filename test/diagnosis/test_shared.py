@@ -7,7 +7,8 @@ import pytest
 from diagnosis.made import NOMINAL, TIME, experiment
 
 from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.shared import shared_misfit
+from tcp_muscle_ros.diagnosis.selection import select
+from tcp_muscle_ros.diagnosis.shared import notes, shared_misfit, wandering
 
 CHANNELS = ['temperature', 'resistance', 'displacement']
 
@@ -39,15 +40,31 @@ def test_clean_recordings_share_nothing(recordings):
     assert left_by(recordings) is None
 
 
-def test_what_moves_temperature_and_stroke_together_is_no_noise(recordings):
+@pytest.fixture(scope='module')
+def draughty(recordings):
+    """The calibrated fit of recordings in which something moves all channels together."""
     warmer = [wander(k) for k in range(3)]  # K
     together = [
         with_added(made, {'temperature': w, 'resistance': 0.04 * w, 'displacement': 3e-4 * w})
         for made, w in zip(recordings, warmer, strict=True)
     ]
-    found = left_by(together)
+    return calibrate(together, NOMINAL).fit
+
+
+def test_what_moves_temperature_and_stroke_together_is_no_noise(draughty):
+    found = shared_misfit(draughty)
     assert found is not None
     assert abs(found.correlation) > 0.9
+
+
+def test_it_is_said_only_where_it_is_what_is_unexplained(draughty):
+    """What an unlisted effect does goes together in several channels too, and a state of the muscle drives it."""
+    selection = replace(select(draughty, ()), final=draughty)
+    found = wandering(selection)
+    assert found.stage == 'thermal'
+    assert any('goes together' in note for note in notes(selection, found))
+    assert notes(selection, None) == ()
+    assert notes(selection, replace(found, driver='temperature')) == ()
 
 
 def test_slow_noise_of_each_sensor_by_itself_is_its_own(recordings):
