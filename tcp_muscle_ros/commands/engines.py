@@ -42,20 +42,21 @@ def local(tasks: Sequence[Task], jobs: int) -> Generator[Outcome | None, None, N
                 pipe, process = idle.pop() if idle else _started()
                 if not process.is_alive():  # killed while it had nothing to do
                     continue
-                task = waiting.pop()
-                pipe.send(task)
-                busy[pipe] = (process, task)
+                busy[pipe] = (process, waiting.pop())
+                with suppress(BrokenPipeError):  # it died just now: its end is heard below, as any other's
+                    pipe.send(busy[pipe][1])
             told = wait(list(busy), timeout=_TICK)
             if not told:
                 yield None
             for pipe in [each for each in busy if each in told]:
-                process, task = busy.pop(pipe)
+                process, task = busy[pipe]
                 try:
                     outcome = pipe.recv()
                     idle.append((pipe, process))
                 except (EOFError, ConnectionResetError):
                     process.join()
                     outcome = Outcome(task.name, f'its process died ({_how(process.exitcode)})')
+                del busy[pipe]  # not before: Ctrl-C may come at any line, and must find every process
                 yield outcome
     finally:
         for process in [p for _, p in idle] + [p for p, _ in busy.values()]:
@@ -79,7 +80,7 @@ def _started() -> tuple[Connection, SpawnProcess]:
 
 def _serve(pipe: Connection) -> None:
     os.environ.update(dict.fromkeys(_ONE_THREAD, '1'))  # before numpy is loaded
-    with suppress(EOFError, BrokenPipeError):  # the parent is gone
+    with suppress(EOFError, ConnectionError):  # the parent is gone, perhaps before it has read the last outcome
         while True:
             pipe.send(work(pipe.recv()))
 

@@ -1,5 +1,6 @@
 """``tcp_muscle diagnose --manifest``: many runs, in local processes and on a dask cluster on loopback."""
 
+import argparse
 import csv
 import json
 import os
@@ -13,6 +14,8 @@ import psutil
 import pytest
 from report.diagnoses import creep
 
+from tcp_muscle_ros.commands.engines import _started
+from tcp_muscle_ros.commands.one_run import Task
 from tcp_muscle_ros.report.campaign_summary import NOT_DONE, Row, terminal_table
 from tcp_muscle_ros.report.report_json import as_data
 from tcp_muscle_ros.report.words import error_text
@@ -255,6 +258,17 @@ def test_a_process_that_is_killed_costs_its_run_and_ctrl_c_keeps_the_rest(bags):
     reports = sorted(path.name for path in output.iterdir() if path.is_dir())
     assert {'run_0', 'run_2'} <= set(reports) and len(reports) < 29
     assert all(whole(output / name) for name in reports)
+
+
+def test_a_process_whose_parent_leaves_before_it_reads_the_outcome_ends_without_a_word(bags, capfd):
+    task = Task('none', ('no_such_bag',), '', str(bags), argparse.Namespace(), '')
+    pipe, process = _started()
+    pipe.send(task)
+    assert pipe.poll(60.0)
+    pipe.close()  # what it sent is unread: its end of the pipe is reset, not closed
+    process.join(60.0)
+    assert process.exitcode == 0
+    assert capfd.readouterr().err == ''
 
 
 @pytest.fixture
