@@ -126,15 +126,16 @@ def revise(
 
 
 def confirm(
-    present: Fit, accepted: list[str], contests: dict[str, Contest], calibrated: Fit
+    present: Fit, accepted: list[str], contests: dict[str, Contest], calibrated: Fit, alone: bool = True
 ) -> tuple[Fit, list[str], dict[str, tuple[Gain, float]], tuple[Fold, ...]]:
     """Each effect once more on unseen data, in the company of the others: without it they must be predicted worse.
 
-    Returns what was kept back too: other conditions if they could speak for every effect, else stretches.
+    The strongest need be no good company, unless they are not ``alone``. Returns what was kept back too: other
+    conditions if they could speak for every effect, else stretches.
     """
     standing: dict[str, tuple[Gain, float]] = {}
     other_conditions = bool(conditions(present.problem))
-    strongest = max(accepted, key=lambda e: contests[e][0], default='')
+    strongest = max(accepted, key=lambda e: contests[e][0], default='') if alone else ''
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare = shrink(present, effect)
         gain, looked_at = confirmation(bare, present)

@@ -21,6 +21,7 @@ _SEEN, _NOTABLE = 4.0, 0.02
 # Where a fold is a recording and they differ more than so many times as much as on the data that were fitted, a form
 # that is not quite the muscle's own errs by as much, and failure is no refutation; beyond the latter, nor is success.
 _BEYOND, _FAR_BEYOND = 5.0, 40.0
+_RIGHT = 0.25  # of what was missed (squared): who leaves less was right, however far it reached
 # Nor is failure one where the poorer model misses (squared) a recording so many times as far as it misses the others.
 _UNLIKE = 2.0
 _TOUCHES = 0.1  # of the noise
@@ -214,7 +215,8 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False, channels: 
     drops = [a - b for a, b in zip(missed, misses, strict=True)]
     better = np.array([float(drop.sum()) > 0.0 for drop in drops])
     if whole:
-        say &= (moved > _NOTABLE * learnt) & (moved <= np.where(better, _FAR_BEYOND, _BEYOND) * learnt)
+        right = np.array([float(b.sum()) < _RIGHT * float(a.sum()) for a, b in zip(missed, misses, strict=True)])
+        say &= (moved > _NOTABLE * learnt) & (right | (moved <= np.where(better, _FAR_BEYOND, _BEYOND) * learnt))
         say &= better | ~_unlike(had)
     if not say.any():
         return Gain(0.0, 0.0, 0.0, 0.0, 0)
@@ -263,8 +265,19 @@ def touched(before: Fit, after: Fit) -> frozenset[str] | None:
 
 def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:
     """What unseen data say of a richer model, and which: other conditions where they confirm it or speak against it,
-    else, where they say too little, other stretches of the same ones."""
-    kept_back, channels = conditions(after.problem), touched(before, after)
+    else, where they say too little, other stretches of the same ones.
+
+    They are asked in the channels that it touches; in all, where there the two models hardly differ: what a thermometer
+    reads wrong, the other parameters take up, and stroke and resistance pay for it.
+    """
+    channels = touched(before, after)
+    gain, kept_back = _asked(before, after, channels)
+    return _asked(before, after, None) if channels is not None and gain.say == 0 else (gain, kept_back)
+
+
+def _asked(before: Fit, after: Fit, channels: frozenset[str] | None) -> tuple[Gain, tuple[Fold, ...]]:
+    """The same, in these channels; None: all."""
+    kept_back = conditions(after.problem)
     if kept_back:
         gain = improvement(held_out(before, kept_back), held_out(after, kept_back), whole=True, channels=channels)
         if gain.holds or gain.fails:

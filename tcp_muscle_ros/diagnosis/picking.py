@@ -49,8 +49,8 @@ def pick(
     bare = penalised(present)
     refitted = {r.effect: bare - r.score for r in rivals}
     rejected: list[str] = []
+    rivals = every = [r for r in rivals if bare - r.score >= _least_drop(r)]
     for _ in range(_TRIES):
-        rivals = [r for r in rivals if bare - r.score >= _least_drop(r)]
         if not rivals:
             break
         first = rivals[0]
@@ -58,7 +58,7 @@ def pick(
             settled, close = rescored(present, rivals)
             effect = prefer(close, settled).effect
             first = next(r for r in rivals if r.effect == effect)
-        enough = share(structure, present, first.fit) >= _LEAST_SHARE and good(first, rivals)
+        enough = share(structure, present, first.fit) >= _LEAST_SHARE and good(first, every)
         if enough and confirmation(present, first.fit)[0].holds:
             drop = bare - first.score
             contest = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]

@@ -88,19 +88,33 @@ def select(
     """Select effects on top of a calibrated fit.
 
     ``effects`` are the candidates by name. Returns every stage's evidence; accepting nothing is a full answer. Sudden
-    slips are no matter of form: where there are any, all else is sought beside them.
+    slips and leaps are no matter of form: where there are any, all else is sought beside them. Those that show no more
+    once it is found were its misfit: then it is sought without them.
     """
     bare, _ = settle_noise(calibrated)
     if slips.EFFECT not in effects:
         return _beside(bare, None, effects, progress, most)
     slipped = slips.slipped(bare)
-    if slipped is None:
-        leapt = slips.leapt(bare)
-        found = _beside(bare, leapt, effects, progress, most)
-        clearer = slips.slipped(found.final) if found.chosen and not leapt and found.final.problem.work.left else None
-        if clearer is None:
-            return replace(found, leapt=leapt)
-        slipped = slips.beside(bare, [e.slips for e in clearer.problem.experiments])
+    if slipped is not None:
+        found = _among(bare, slipped, effects, progress, most)
+        if len(found.chosen) == 1 or slips.slipped(slips.taken_out(found.final)) is not None:
+            return found
+    leapt = slips.leapt(bare) if slipped is None else None
+    found = _beside(bare, leapt, effects, progress, most)
+    if leapt is not None and found.chosen and slips.leapt(slips.taken_out(found.final)) is None:
+        leapt, found = None, _beside(bare, None, effects, progress, most)
+    if found.chosen and leapt is None and found.final.problem.work.left:
+        clearer = slips.slipped(found.final)
+        if clearer is not None:
+            slipped = slips.beside(bare, [e.slips for e in clearer.problem.experiments])
+            return _among(bare, slipped, effects, progress, most)
+    return replace(found, leapt=leapt)
+
+
+def _among(
+    bare: Fit, slipped: Fit, effects: Sequence[str], progress: Callable[[], None] | None, most: int
+) -> Selection:
+    """Select effects on top of a calibrated fit, among the slips that another one has; and their own."""
     found = _beside(bare, slipped, [e for e in effects if e not in slips.INSTEAD], progress, most - 1)
     chosen = (*found.chosen, _slipping(found.calibrated, slipped))
     return replace(found, chosen=tuple(sorted(chosen, key=lambda c: -c.drop)))
@@ -122,7 +136,8 @@ def _beside(
 
         def good(rival: Rival, _rivals: Sequence[Rival], calibrated: Fit = calibrated, without: Fit = present) -> bool:
             apart = stands_apart(rival.effect, accepted)
-            return not accepted or good_company(calibrated, without, rival.fit, OF_REST_AT_FIRST, apart=apart)
+            alone = not accepted and not slipping
+            return alone or good_company(calibrated, without, rival.fit, OF_REST_AT_FIRST, apart=apart)
 
         picked = pick(present, found_structure, pool, good, progress)
         first = first or picked
@@ -144,7 +159,7 @@ def _beside(
         if accepted:
             present, found_structure = settle_noise(present, 1)
         tried = accepted
-        present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated)
+        present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated, alone=not slipping)
         if not accepted or accepted == tried:
             break  # else what was dropped may stand in the place of one that it stood beside
     if accepted:

@@ -114,6 +114,11 @@ def beside(fitted: Fit, found: Sequence[Sequence[Slip]]) -> Fit:
     return _with(fitted, [(*e.slips, *mine) for e, mine in zip(fitted.problem.experiments, found, strict=True)])
 
 
+def taken_out(fitted: Fit) -> Fit:
+    """The fit without its slips."""
+    return settle_noise(_with(fitted, [()] * len(fitted.problem.experiments)), 1)[0]
+
+
 def mean_leakage(fitted: Fit) -> tuple[float, float] | None:
     """The rate (1/s) of the effect whose mean the slips of a fit are, from no contraction on; and its standard
     deviation. None without any, or where the effect's own flow was fitted."""
