@@ -25,15 +25,15 @@ NOMINAL = Parameters.named('karami_tadesse_2017')
 SEED = 4711
 
 
-def recorded(folder, number, kind, what):
-    case = make_case('development', SEED, number, kind, what)
+def recorded(folder, number, kind, what, seed=SEED):
+    case = make_case('development', seed, number, kind, what)
     write_case(case, folder)
     return [prepare(read_bag(bag), NOMINAL, most=800) for bag in sorted((folder / case.name).glob('recording_*'))]
 
 
 @pytest.fixture
 def diagnosed(tmp_path):
-    return lambda number, kind, what: diagnose(recorded(tmp_path, number, kind, what), NOMINAL)
+    return lambda *case: diagnose(recorded(tmp_path, *case), NOMINAL)
 
 
 @pytest.mark.slow
@@ -50,6 +50,19 @@ def test_a_lagging_thermometer_is_a_sensor_and_not_physics(diagnosed):
     found = diagnosed(2, 'decoy', 'thermocouple_lag')
     assert found.verdict in ('sensor_or_setup', 'wrong_parameters', 'match')
     assert all(f.stage == 'sensor' for f in found.findings)
+
+
+@pytest.mark.slow
+def test_a_thermometers_gain_is_a_sensors_where_the_other_parameters_hide_it_in_the_temperature(diagnosed):
+    found = diagnosed(32, 'decoy', 'thermocouple_gain', 701)
+    assert found.verdict == 'sensor_or_setup'
+    assert [f.effect for f in found.findings] == ['thermocouple_gain']
+
+
+@pytest.mark.slow
+def test_what_the_misfit_of_another_effect_shows_as_slips_is_no_slip(diagnosed):
+    found = diagnosed(76, 'single', 'shear_softening', 701)
+    assert [f.effect for f in found.findings] == ['shear_softening']
 
 
 @pytest.mark.slow

@@ -62,6 +62,16 @@ def test_success_beyond_what_was_fitted_confirms_and_failure_does_not_refute():
     assert improvement(before, wrong).fails
 
 
+def test_who_reaches_far_and_leaves_little_was_right():
+    """The models differ a hundred times as much in a recording as in what was fitted without it."""
+    before = held_back((10.0 * ONES, ONES), (10.0 * ONES, ONES))
+    right, half = (held_back((left * ONES, NONE), (left * ONES, NONE)) for left in (1.0, 6.0))
+    assert improvement(before, right, whole=True).say == 2
+    assert improvement(before, right, whole=True).holds
+    far = held_back((10.0 * ONES, 0.5 * ONES), (10.0 * ONES, 0.5 * ONES))
+    assert improvement(far, half, whole=True).say == 0
+
+
 def test_a_recording_unlike_the_others_does_not_refute():
     """Without the effect it is predicted far worse than the others are: that is the calibration's failure first."""
     before = held_back((9.0 * ONES, ONES), (2.0 * ONES, ONES), (2.0 * ONES, ONES))
