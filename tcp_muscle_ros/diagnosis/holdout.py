@@ -21,7 +21,9 @@ _SEEN, _NOTABLE = 4.0, 0.02
 # Where a fold is a recording and they differ more than so many times as much as on the data that were fitted, a form
 # that is not quite the muscle's own errs by as much, and failure is no refutation; beyond the latter, nor is success.
 _BEYOND, _FAR_BEYOND = 5.0, 40.0
-_RIGHT = 0.25  # of what was missed (squared): who leaves less was right, however far it reached
+# Who leaves less than such a share of what was missed (squared) was right however far it reached, if what was fitted
+# tells the two apart by so much: ten standard deviations.
+_RIGHT, _TOLD = 0.25, 100.0
 # Nor is failure one where the poorer model misses (squared) a recording so many times as far as it misses the others.
 _UNLIKE = 2.0
 _TOUCHES = 0.1  # of the noise
@@ -216,6 +218,7 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False, channels: 
     better = np.array([float(drop.sum()) > 0.0 for drop in drops])
     if whole:
         right = np.array([float(b.sum()) < _RIGHT * float(a.sum()) for a, b in zip(missed, misses, strict=True)])
+        right &= learnt > _TOLD
         say &= (moved > _NOTABLE * learnt) & (right | (moved <= np.where(better, _FAR_BEYOND, _BEYOND) * learnt))
         say &= better | ~_unlike(had)
     if not say.any():

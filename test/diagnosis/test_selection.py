@@ -68,8 +68,11 @@ def test_who_reaches_far_and_leaves_little_was_right():
     right, half = (held_back((left * ONES, NONE), (left * ONES, NONE)) for left in (1.0, 6.0))
     assert improvement(before, right, whole=True).say == 2
     assert improvement(before, right, whole=True).holds
-    far = held_back((10.0 * ONES, 0.5 * ONES), (10.0 * ONES, 0.5 * ONES))
-    assert improvement(far, half, whole=True).say == 0
+    assert improvement(before, half, whole=True).say == 2  # not as far
+    taught, untaught = (held_back((10.0 * ONES, much * ONES), (10.0 * ONES, much * ONES)) for much in (0.8, 0.4))
+    far = held_back((4.0 * ONES, NONE), (4.0 * ONES, NONE))
+    assert improvement(taught, far, whole=True).say == 2
+    assert improvement(untaught, far, whole=True).say == 0
 
 
 def test_a_recording_unlike_the_others_does_not_refute():
