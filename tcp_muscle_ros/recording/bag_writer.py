@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 VERSION = 9  # of rosbag2's metadata.yaml; the one of ROS 2 Jazzy
 KNOWN = 'tcp_muscle_known'  # the key of custom_data that holds what is known of the run, as JSON
 _FLUSH_S = 0.5
+_UNFINISHED = '.metadata.yaml'
 
 # Topics are offered as the nodes offer them: reliable, keep last 10. rosbag2's own `play` takes its QoS from here.
 _UNLIMITED = {'sec': 9223372036, 'nsec': 854775807}
@@ -50,7 +52,8 @@ def refuse_existing(path: str | Path) -> Path:
 
 
 class BagWriter:
-    """A new rosbag2 directory. Use as a context manager.
+    """A new rosbag2 directory. Use as a context manager: a bag that an exception ends is left without its summary, so
+    that whoever reads it is told that it is not all there.
 
     ``typestore`` has the definitions of the messages (default: those of ROS 2 Jazzy). ``known`` is kept in the
     bag's custom_data. metadata.yaml is there from the first moment: a bag whose writer was killed is still found.
@@ -62,6 +65,7 @@ class BagWriter:
         self.path = refuse_existing(path)
         self.typestore = typestore or get_typestore(Stores.ROS2_JAZZY)
         self._custom_data = {KNOWN: json.dumps(dict(known), default=str)} if known else None
+        self._made = [directory for directory in (self.path, *self.path.parents) if not directory.exists()]
         try:
             self.path.mkdir(parents=True)
             self._file = (self.path / f'{self.path.name}_0.mcap').open('xb')
@@ -76,8 +80,13 @@ class BagWriter:
         self._last_ns = 0
         self._flushed = time.monotonic()
         self._closed = False
-        self._write_metadata()
-        self.flush()
+        self._partial = False
+        try:
+            self._write_metadata()
+            self.flush()
+        except OSError as error:
+            self.remove()
+            raise BadInput(f'{path}: cannot write there ({error.strerror})') from None
 
     def add_topic(self, topic: str, message_type: str) -> None:
         """Declare an absolute topic and its type (``std_msgs/msg/Float64``). A topic declared twice is one topic."""
@@ -126,9 +135,12 @@ class BagWriter:
         batches = []
         for topic, (log_time_ns, payload) in messages.items():
             batches.append(Batch(self._channels[topic], self.counts[topic], log_time_ns, payload))
+        self._partial = True
+        self._mcap.write_batches(batches)
+        for topic, (log_time_ns, _) in messages.items():
             if len(log_time_ns):
                 self._count(topic, len(log_time_ns), int(log_time_ns.min()), int(log_time_ns.max()))
-        self._mcap.write_batches(batches)
+        self._partial = False
 
     def _count(self, topic: str, more: int, first_ns: int, last_ns: int) -> None:
         self.counts[topic] += more
@@ -144,14 +156,39 @@ class BagWriter:
         self._flushed = time.monotonic()
 
     def close(self) -> None:
-        """Write the summary and the final metadata.yaml."""
+        """Write the summary and the final metadata.yaml. What was broken off in the middle stays unfinished."""
         if self._closed:
+            return
+        if self._partial or self._mcap.torn:
+            self.leave_unfinished()
             return
         self._closed = True
         self._mcap.add_metadata('rosbag2', {'serialized_metadata': yaml.safe_dump(self._metadata(), sort_keys=False)})
         self._mcap.finish()
         self._file.close()
         self._write_metadata()
+
+    def leave_unfinished(self) -> None:
+        """Keep what was written, without the summary: the bag is read as one whose writer was killed."""
+        if self._closed:
+            return
+        self._closed = True
+        with suppress(OSError):  # a full disk; what it took before stays
+            if not self._mcap.torn:
+                self._mcap.flush()
+        with suppress(OSError):
+            self._file.close()
+
+    def remove(self) -> None:
+        """Take back what this writer made: its files, and the directories that were not there before."""
+        self._closed = True
+        with suppress(OSError):
+            self._file.close()
+        for made in (Path(self._file.name), self.path / 'metadata.yaml', self.path / _UNFINISHED):
+            made.unlink(missing_ok=True)
+        with suppress(OSError):  # something else is in it by now
+            for directory in self._made:
+                directory.rmdir()
 
     def _metadata(self) -> dict[str, object]:
         start = self._first_ns or 0
@@ -188,7 +225,7 @@ class BagWriter:
 
     def _write_metadata(self) -> None:
         text = _plain_yaml({'rosbag2_bagfile_information': self._metadata()})
-        unfinished = self.path / '.metadata.yaml'
+        unfinished = self.path / _UNFINISHED
         unfinished.write_text(text, encoding='utf-8')
         unfinished.replace(self.path / 'metadata.yaml')
 
@@ -198,7 +235,10 @@ class BagWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        if kind is None:
+            self.close()
+        else:
+            self.leave_unfinished()
 
 
 class _NoAliases(yaml.SafeDumper):
@@ -220,20 +260,34 @@ def write_recording(path: str | Path, recording: Recording, *, namespace: str = 
 
 
 def write_recordings(path: str | Path, recordings: Mapping[str, Recording]) -> None:
-    """Several Recordings in one bag, each under the namespace that is its key; otherwise as `write_recording`."""
-    known = next(iter(recordings.values())).known
-    with BagWriter(path, known=known) as writer:
-        messages = {}
-        for namespace, recording in recordings.items():
-            prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
-            for channel in recording.channels.values():
-                kind = CHANNELS[channel.name]
-                topic = prefix + kind.topic
-                writer.add_topic(topic, kind.message_type)
-                time_ns = recording.start_ns + np.round(channel.time * 1e9).astype(np.int64)
-                value = UNITS[kind.unit].from_si(channel.value)
-                messages[topic] = time_ns, _temperature_cdr(time_ns, value) if kind.stamped else _float64_cdr(value)
-        writer.write_many(messages)
+    """Several Recordings in one bag, each under the namespace that is its key; otherwise as `write_recording`.
+
+    All or nothing: interrupted or on a full disk, the begun bag is removed, for it would pass for a shorter recording.
+    """
+    writer = BagWriter(path, known=next(iter(recordings.values())).known)
+    try:
+        with writer:
+            _write_all(writer, recordings)
+    except OSError as error:
+        writer.remove()
+        raise BadInput(f'{path}: cannot be written ({error.strerror}); nothing is left of it') from None
+    except BaseException:
+        writer.remove()
+        raise
+
+
+def _write_all(writer: BagWriter, recordings: Mapping[str, Recording]) -> None:
+    messages = {}
+    for namespace, recording in recordings.items():
+        prefix = '/' + namespace.strip('/') + '/' if namespace.strip('/') else '/'
+        for channel in recording.channels.values():
+            kind = CHANNELS[channel.name]
+            topic = prefix + kind.topic
+            writer.add_topic(topic, kind.message_type)
+            time_ns = recording.start_ns + np.round(channel.time * 1e9).astype(np.int64)
+            value = UNITS[kind.unit].from_si(channel.value)
+            messages[topic] = time_ns, _temperature_cdr(time_ns, value) if kind.stamped else _float64_cdr(value)
+    writer.write_many(messages)
 
 
 _LITTLE_ENDIAN = np.void(b'\x00\x01\x00\x00')

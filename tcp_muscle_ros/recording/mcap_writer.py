@@ -59,10 +59,14 @@ class Batch:
 
 
 class McapWriter:
-    """Writes to ``stream``, which stays open after ``finish``."""
+    """Writes to ``stream``, which stays open after ``finish``.
+
+    torn  the last chunk was begun and did not end: what is written behind it is read as its content
+    """
 
     def __init__(self, stream: BinaryIO, *, profile: str, library: str) -> None:
         self._stream = stream
+        self.torn = False
         self._schemas: list[records.Schema] = []
         self._channels: list[records.Channel] = []
         self._chunks: list[records.ChunkIndex] = []
@@ -179,6 +183,7 @@ class McapWriter:
         last = max(int(index[:, 0].max()) for index in indexes.values())
         begin, size = self._stream.tell(), len(content)
         head = struct.pack('<QQQIIQ', first, last, size, zlib.crc32(content), 0, size)  # no compression
+        self.torn = True
         self._stream.write(struct.pack('<BQ', Opcode.CHUNK, len(head) + size) + head)
         self._stream.write(content)
         index_begin, index_at = self._stream.tell(), {}
@@ -202,6 +207,7 @@ class McapWriter:
         )
         self._open = bytearray()
         self._index.clear()
+        self.torn = False
 
 
 def _serialized(record: records.McapRecord) -> bytes:

@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.bag_writer import BagWriter, write_recording
+from tcp_muscle_ros.recording.mcap_writer import McapWriter
 from tcp_muscle_ros.recording.recording import CHANNELS, Channel, Recording
 
 
@@ -155,6 +156,95 @@ def test_an_unwritable_place_is_bad_input(tmp_path):
     (tmp_path / 'file').touch()
     with pytest.raises(BadInput, match='cannot write there'):
         BagWriter(tmp_path / 'file' / 'bag')
+
+
+def interrupt_chunk(monkeypatch, number):
+    """Ctrl-C while a chunk is written: its head and half of its content are in the file."""
+    whole, seen = McapWriter._write_chunk, []
+
+    def write_chunk(self, content, indexes):
+        seen.append(content)
+        if len(seen) == number:
+            stream = self._stream
+
+            def write(part):
+                stream.write(part[: len(part) // 2 if len(part) > 1000 else None])
+                if len(part) > 1000:
+                    signal.raise_signal(signal.SIGINT)
+
+            self._stream = type('Stream', (), {'write': staticmethod(write), 'tell': stream.tell})()
+            try:
+                whole(self, content, indexes)
+            finally:
+                self._stream = stream
+        else:
+            whole(self, content, indexes)
+
+    monkeypatch.setattr(McapWriter, '_write_chunk', write_chunk)
+
+
+@pytest.mark.parametrize('chunk', [1, 2])
+def test_an_interrupted_write_of_a_recording_leaves_nothing(tmp_path, monkeypatch, chunk):
+    (tmp_path / 'mine').mkdir()
+    interrupt_chunk(monkeypatch, chunk)
+    with pytest.raises(KeyboardInterrupt):
+        write_recording(tmp_path / 'mine' / 'new' / 'bag', everything(3000))
+    assert [path.name for path in tmp_path.iterdir()] == ['mine']  # not of its making
+    assert list((tmp_path / 'mine').iterdir()) == []
+
+
+@pytest.mark.parametrize('size', [100, 400_000])  # of the first metadata.yaml a part; of the data a part
+def test_a_full_disk_is_told_in_one_line_and_leaves_nothing(tmp_path, size):
+    resource = pytest.importorskip('resource')
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        with pytest.raises(BadInput, match=r'bag: cannot .* \(File too large\)'):
+            write_recording(tmp_path / 'bag', everything(3000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('context', [True, False])
+def test_whole_topics_that_are_interrupted_do_not_pass_for_a_complete_bag(tmp_path, monkeypatch, context):
+    def write():
+        if context:
+            with writer:
+                writer.write_many({'/force': (log_time, payload)})
+        else:
+            writer.write_many({'/force': (log_time, payload)})
+
+    interrupt_chunk(monkeypatch, 2)
+    log_time = START + 1000 * np.arange(60_000)
+    payload = np.tile(np.frombuffer(b'\0\1\0\0' + np.float64(0.5).tobytes(), np.uint8), (60_000, 1))
+    writer = BagWriter(tmp_path / 'bag')
+    writer.add_topic('/force', 'std_msgs/msg/Float64')
+    with pytest.raises(KeyboardInterrupt):
+        write()
+    writer.close()
+    assert writer.counts == {'/force': 0}
+    metadata = yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+    assert metadata['message_count'] == 0
+    back = read_bag(tmp_path / 'bag')
+    assert any('was not closed' in note for note in back.notes)
+    assert 20_000 < len(back['force']) < 60_000
+    assert set(back['force'].value) == {0.5}
+
+
+def test_a_bag_that_an_exception_ends_keeps_its_messages_and_says_that_it_is_unfinished(tmp_path):
+    def half_a_run():
+        with BagWriter(tmp_path / 'bag') as writer:
+            writer.add_topic('/force', 'std_msgs/msg/Float64')
+            for k in range(100):
+                writer.write('/force', float64(k)[1], START + k)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        half_a_run()
+    back = read_bag(tmp_path / 'bag')
+    assert back['force'].value.tolist() == list(range(100))
+    assert any('was not closed' in note for note in back.notes)
 
 
 def test_an_unknown_type_and_a_topic_of_two_types_are_refused(tmp_path):
