@@ -15,6 +15,7 @@ from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.bag_writer import KNOWN
 from tcp_muscle_ros.recording.cdr import DTYPES, Index, field_path
 from tcp_muscle_ros.recording.columns import Topic
+from tcp_muscle_ros.recording.leaps import main_part, within
 from tcp_muscle_ros.recording.mcap_file import McapFile
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, channel_kind, shared
 from tcp_muscle_ros.recording.sqlite_file import SqliteFile
@@ -78,6 +79,12 @@ def read_bag(
             on_time[source] = (time, sample.value)
     if not on_time:
         raise BadInput(f'{path}: empty bag: no readable message on {", ".join(source.topic for source in sources)}')
+    part = main_part([time for time, _ in on_time.values()])
+    if part is not None:
+        reader.notes.append(part.note)
+        for source, (time, value) in on_time.items():
+            on_time[source] = within(part, time, value, holds=CHANNELS[source.channel].role != 'output')
+        on_time = {source: (time, value) for source, (time, value) in on_time.items() if len(time)}
     start_ns = min(int(time.min()) for time, _ in on_time.values())
     found: dict[str, Channel] = {}
     for source in list(on_time):
@@ -284,6 +291,8 @@ class _Reader:
             if topic.stamped:
                 self.notes.append(f'{name}: stamped 0 throughout, its log time is used')
             return
+        if topic.unset:
+            self.notes.append(f'{name}: {topic.unset} of {len(stamp)} messages are stamped 0, their log time is used')
         back = np.diff(stamp[np.argsort(topic.log, kind='stable')])
         if len(back) and back.min() < 0:
             self.notes.append(

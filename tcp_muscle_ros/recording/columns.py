@@ -10,6 +10,7 @@ from rosbags.interfaces import Nodetype
 from tcp_muscle_ros.recording.cdr import FieldPath, Index, decode
 from tcp_muscle_ros.recording.recording import Array
 from tcp_muscle_ros.recording.storage import StoredMessages
+from tcp_muscle_ros.recording.tick_times import OTHER_CLOCK_NS, clock_offset
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
@@ -31,6 +32,15 @@ class _Growing:
         return np.frombuffer(self._bytes, self._dtype)
 
 
+def _following(stamp: Index, log: Index) -> Index:
+    """Of each message the next stamp in the order of the log that is not 0 (behind the last, the last)."""
+    order = np.argsort(log, kind='stable')
+    good = np.flatnonzero(stamp[order])
+    following = np.empty_like(stamp)
+    following[order] = stamp[order][good[np.minimum(np.searchsorted(good, np.arange(len(stamp))), len(good) - 1)]]
+    return following
+
+
 class Topic:
     """What is wanted of one topic's messages, in the order of the log: log times and header stamps (None without), ns;
     each field's numbers, and where it has any; how many messages do not parse."""
@@ -41,6 +51,7 @@ class Topic:
         self._log, self._stamp = _Growing(np.int64), _Growing(np.int64)
         self._fields = {channel: (_Growing(np.float64), _Growing(np.bool_)) for channel in paths}
         self.broken = 0
+        self.unset = 0  # messages stamped 0 among others that are not, once `stamp` was asked for
 
     def add(self, messages: StoredMessages) -> None:
         """Decode some messages more."""
@@ -63,9 +74,17 @@ class Topic:
 
     @property
     def stamp(self) -> Index | None:
-        """The header stamps; None where there are none, or all are 0."""
+        """The header stamps, the log time for a single one that is 0; None where there are none, or all are 0."""
         stamp = self._stamp.whole()
-        return stamp if stamp.any() else None
+        if not stamp.any():
+            return None
+        if stamp.all():
+            return stamp
+        log, good = self.log, np.flatnonzero(stamp)
+        time = log + clock_offset(log[good], stamp[good])
+        unset = (stamp == 0) & (np.abs(time) > OTHER_CLOCK_NS) & (np.abs(_following(stamp, log)) > OTHER_CLOCK_NS)
+        self.unset = int(np.count_nonzero(unset))
+        return np.where(unset, time, stamp)
 
     def field(self, channel: str) -> tuple[Array, NDArray[np.bool_]]:
         """The numbers of a channel's field, and where it has any. Once: they are not kept any longer."""

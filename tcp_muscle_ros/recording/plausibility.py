@@ -48,6 +48,8 @@ _QUICK = 0.6  # s apart
 _BEYOND_NOISE = 30.0  # usual steps that a span must have to be more than noise
 _DENSER = 1.6  # times the usual rate, for
 _OVERLAP = 1.0  # s
+_GRID_S = 0.25  # s, but no more than
+_GRID_MOST = 2_000_000  # instants, of a recording of many days
 
 
 def outside(name: str, value: Array) -> Array:
@@ -265,9 +267,10 @@ def _warmths(recording: Recording, drive: Channel, time: Array) -> list[Array]:
     found = []
     if 'temperature' in recording and len(recording['temperature']) > 20:
         found.append(np.interp(time, recording['temperature'].time, recording['temperature'].value))
-    grid = np.arange(time[0], time[-1], 0.25)
+    step = max(_GRID_S, float(time[-1] - time[0]) / _GRID_MOST)
+    grid = np.arange(time[0], time[-1], step)
     heat = held(drive, grid) ** (1 if drive.name.startswith('power') else 2)
     for lag in (3.0, 8.0, 20.0, 40.0):
-        share = 0.25 / lag
+        share = min(step / lag, 1.0)
         found.append(np.interp(time, grid, lfilter([share], [1.0, share - 1.0], heat)))
     return found

@@ -8,9 +8,15 @@ from scipy.ndimage import median_filter
 
 from tcp_muscle_ros.recording.cdr import Index
 
-_OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
+OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
 _AT_ONCE = 1_000_000  # messages
 _RHYTHM = 101  # messages over which a topic's rhythm among the ticks is judged
+
+
+def clock_offset(log: Index, stamp: Index) -> int:
+    """What to add to a log time to be on the stamps' clock: 0 unless they are clocks of their own."""
+    offset = int(np.median(stamp - log))
+    return offset if abs(offset) > OTHER_CLOCK_NS else 0
 
 
 @dataclass(frozen=True)
@@ -23,8 +29,7 @@ class Ticks:
     @property
     def clock_offset(self) -> int:
         """What to add to a log time to be on the stamps' clock: 0 unless they are clocks of their own."""
-        offset = int(np.median(self.stamp - self.log))
-        return offset if abs(offset) > _OTHER_CLOCK_NS else 0
+        return clock_offset(self.log, self.stamp)
 
     def of(self, log: Index) -> Index:
         """The time of a topic's unstamped messages: that of their tick (within half a period), else the log time.

@@ -135,6 +135,66 @@ def test_stamps_of_zero_are_no_stamps(tmp_path):
     assert any('stamped 0' in note for note in recording.notes)
 
 
+def test_single_stamps_of_zero_among_others_are_no_stamps(tmp_path):
+    rows = [('/temperature', START + k * 10 * MS, temperature(20 + k, START + k * 10 * MS)) for k in range(50)]
+    for k in (0, 20, 49):
+        rows[k] = ('/temperature', START + k * 10 * MS, temperature(20 + k, 0))
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    assert recording.start_ns == START
+    np.testing.assert_array_equal(recording['temperature'].time, np.arange(50) / 100)
+    np.testing.assert_array_equal(recording['temperature'].value, 293.15 + np.arange(50))
+    assert recording.notes == ('/temperature: 3 of 50 messages are stamped 0, their log time is used',)
+
+
+def test_a_stamp_of_zero_in_simulated_time_is_put_on_the_clock_of_the_others(tmp_path):
+    stamps = [100 * 10**9 + k * 10 * MS if k else 0 for k in range(50)]
+    rows = [('/temperature', START + k * 10 * MS, temperature(20, stamp)) for k, stamp in enumerate(stamps)]
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    assert recording.start_ns == 100 * 10**9
+    np.testing.assert_array_equal(recording['temperature'].time, np.arange(50) / 100)
+
+
+@pytest.mark.parametrize(('period_ms', 'log'), [(10, START), (20_000, 0)])
+def test_a_clock_that_begins_at_zero_is_a_clock(tmp_path, period_ms, log):
+    rows = [
+        ('/temperature', log + k * period_ms * MS // (3 if log else 1), temperature(20, k * period_ms * MS))
+        for k in range(50)
+    ]
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    assert (recording.start_ns, recording.notes) == (0, ())
+    np.testing.assert_allclose(recording['temperature'].time, np.arange(50) * period_ms / 1000)
+
+
+@pytest.mark.parametrize('early', [5, 70])
+def test_a_recording_whose_clock_leaps_is_read_up_to_the_leap_or_from_it(tmp_path, early):
+    """A board wakes in 1970 and NTP sets its clock; the load was said before."""
+    stamps = [60 * 10**9 + k * 10 * MS for k in range(early)]
+    stamps += [START + k * 10 * MS for k in range(early, 100)]
+    rows = [('/load', stamps[0] - 5 * MS, float64(0.6))]
+    for k, stamp in enumerate(stamps):
+        rows.append(('/temperature', stamp, temperature(20.0 + k, stamp)))
+        rows.append(('/displacement', stamp + MS, float64(k)))
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    kept = np.arange(early) if early > 50 else np.arange(early, 100)
+    np.testing.assert_array_equal(recording['displacement'].value, kept)
+    np.testing.assert_array_equal(recording['temperature'].value, 293.15 + kept)
+    np.testing.assert_array_equal(recording['temperature'].time[1:] - recording['temperature'].time[0] > 0, True)
+    assert recording.duration < 1.0
+    assert recording['load'].value.tolist() == [0.6]
+    assert recording['load'].time[0] == 0.0
+    beyond = 2 * (100 - len(kept)) + (early < 50)
+    assert any('the clock leaps by up to 1.968e+04 days' in note for note in recording.notes)
+    assert any(f'{beyond} of 201 samples lie beyond' in note for note in recording.notes)
+
+
+def test_a_damaged_stamp_among_good_ones_costs_its_own_sample(tmp_path):
+    rows = [('/temperature', START + k * 10 * MS, temperature(20 + k, START + k * 10 * MS)) for k in range(50)]
+    rows[7] = ('/temperature', START + 70 * MS, temperature(27, (2**31 - 1) * 10**9))
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    np.testing.assert_array_equal(recording['temperature'].value, 293.15 + np.delete(np.arange(50), 7))
+    assert any('1 of 50 samples lie beyond a leap' in note for note in recording.notes)
+
+
 def test_a_clock_that_was_set_back_is_noted(tmp_path):
     stamps = [START + (k if k < 50 else k - 20) * 10 * MS for k in range(100)]
     rows = [('/temperature', START + k * 10 * MS, temperature(20 + k, stamp)) for k, stamp in enumerate(stamps)]

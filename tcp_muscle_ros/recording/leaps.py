@@ -1,0 +1,58 @@
+"""A recording whose clock leapt by days: the part with most of its samples.
+
+A board without a battery wakes in 1970 and is set by NTP minutes later; a single damaged stamp lies anywhere. Whoever
+lays a grid over such a recording asks for more memory than there is.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tcp_muscle_ros.recording.cdr import Index
+from tcp_muscle_ros.recording.recording import Array
+
+_DAY_NS = 86_400 * 1_000_000_000
+_APART_NS = 7 * _DAY_NS  # a bag that was left open over some days is one recording still
+
+
+class Part(NamedTuple):
+    """From its first sample's time to its last one's, ns, and what to tell of the rest."""
+
+    first: int
+    last: int
+    note: str
+
+
+def main_part(times: Sequence[Index]) -> Part | None:
+    """The part of most samples, between leaps of more than a week in the times of all channels; None without a leap.
+
+    ``times`` holds each channel's, ns, in any order.
+    """
+    span = max(int(time.max()) for time in times) - min(int(time.min()) for time in times)
+    if span <= _APART_NS:
+        return None
+    together = np.sort(np.concatenate(times))
+    gap = np.diff(together.astype(np.float64))  # of int64 it may overflow
+    leaps = np.flatnonzero(gap > _APART_NS)
+    if not leaps.size:
+        return None
+    starts, ends = np.append(0, leaps + 1), np.append(leaps, together.size - 1)
+    most = int(np.argmax(ends - starts))
+    first, last = int(together[starts[most]]), int(together[ends[most]])
+    elsewhere = together.size - 1 - int(ends[most] - starts[most])
+    note = (
+        f'the clock leaps by up to {float(gap.max()) / _DAY_NS:.4g} days (it was set, or a stamp is wrong?): '
+        f'{elsewhere} of {together.size} samples lie beyond a leap and were left out'
+    )
+    return Part(first, last, note)
+
+
+def within(part: Part, time: Index, value: Array, *, holds: bool) -> tuple[Index, Array]:
+    """A channel's samples in the part; one that `holds` until the next begins with what was said last before."""
+    kept = (time >= part.first) & (time <= part.last)
+    before = np.flatnonzero(time < part.first) if holds else np.empty(0, np.int64)
+    if before.size and not np.any(time[kept] == part.first):
+        latest = before[int(np.argmax(time[before]))]
+        return np.append(part.first, time[kept]), np.append(value[latest], value[kept])
+    return time[kept], value[kept]
