@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 VERSION = 9  # of rosbag2's metadata.yaml; the one of ROS 2 Jazzy
 KNOWN = 'tcp_muscle_known'  # the key of custom_data that holds what is known of the run, as JSON
 _FLUSH_S = 0.5
+_LAST_S = 2**31  # since the epoch: the seconds of a stamp are an int32
 _UNFINISHED = '.metadata.yaml'
 
 # Topics are offered as the nodes offer them: reliable, keep last 10. rosbag2's own `play` takes its QoS from here.
@@ -284,6 +285,11 @@ def _write_all(writer: BagWriter, recordings: Mapping[str, Recording]) -> None:
             kind = CHANNELS[channel.name]
             topic = prefix + kind.topic
             writer.add_topic(topic, kind.message_type)
+            if len(channel) and not 0 <= recording.start_ns * 1e-9 + channel.time[-1] < _LAST_S:
+                raise BadInput(
+                    f'{recording.path}: {channel.name} lasts until {channel.time[-1]:.4g} s after {recording.start_ns} '
+                    'ns of the epoch, but the stamps of ROS messages end in January 2038'
+                )
             time_ns = recording.start_ns + np.round(channel.time * 1e9).astype(np.int64)
             value = UNITS[kind.unit].from_si(channel.value)
             messages[topic] = time_ns, _temperature_cdr(time_ns, value) if kind.stamped else _float64_cdr(value)

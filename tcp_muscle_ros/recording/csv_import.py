@@ -10,10 +10,13 @@ import numpy as np
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.import_map import ColumnSource, ConstantSource, ImportMap, Run, ScheduleSource, Source
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
+from tcp_muscle_ros.recording.units import UNITS
 
 # A CSV file does not say when it was made. Its bag starts at a round number, 9 September 2001: not 0, which means "no
 # stamp" in ROS, and not today, so that the same file always gives the same bag.
 START_NS = 1_000_000_000 * 1_000_000_000
+_LONGEST_S = 366 * 86400.0
+_SLOWEST_S = 2.0  # from row to row, of a logger, by which the unit of its time is guessed
 
 
 @dataclass(frozen=True)
@@ -151,6 +154,12 @@ def _recording(run: Run, table: _Table) -> Recording:
     notes: list[str] = []
     time: Array
     if isinstance(run.time, float):
+        lasts = run.time * (len(table.rows) - 1)
+        if lasts > _LONGEST_S:
+            raise BadInput(
+                f'{run.where}: dt_s is {run.time:g} s, with which the {len(table.rows)} rows of {table.path} last '
+                f'{lasts:.3g} s, but no run lasts a year; expected the time from one row to the next, in s'
+            )
         time = run.time * np.arange(len(table.rows), dtype=np.float64)
     else:
         time = _time(run.time, table, run.where)
@@ -178,7 +187,27 @@ def _time(source: ColumnSource, table: _Table, where: str) -> Array:
             else f'{table.at(int(k) + 1, column)}: time stands still at {time[k]:g} s'
         )
     since_first: Array = time - time[0]
+    if len(time) > 1 and since_first[-1] > _LONGEST_S:
+        raise BadInput(_too_long(source, table, column, since_first, where))
     return since_first
+
+
+def _too_long(source: ColumnSource, table: _Table, column: int, time: Array, where: str) -> str:
+    """What is wrong with a time column that spans more than a year: a leap, or its unit."""
+    step = np.diff(time)
+    k, usual = int(np.argmax(step)), float(np.median(step))
+    if time[-1] - step[k] <= _LONGEST_S and step[k] > 10.0 * usual:
+        return (
+            f'{table.at(k + 1, column)}: time leaps by {step[k]:.3g} s, where a row is usually {usual:.3g} s after the '
+            'last: was the clock set? Make two files of it'
+        )
+    factors = {unit.name: unit.scale / source.unit.scale for unit in UNITS.values() if unit.quantity == 'time'}
+    fitting = [u for u, f in factors.items() if f < 1.0 and usual * f < _SLOWEST_S and time[-1] * f <= _LONGEST_S]
+    meant = max(fitting, key=factors.__getitem__, default='')
+    return (
+        f"{table.at(len(time) - 1, column)}: the run lasts {time[-1]:.3g} s, its time being in '{source.unit.name}', "
+        f'but no run lasts a year{f"; did you mean unit: {meant}?" if meant else ""}; see time in {where}'
+    )
 
 
 def _samples(

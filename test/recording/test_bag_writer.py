@@ -145,6 +145,14 @@ def test_whole_topics_at_once_make_the_same_bag_as_message_by_message(tmp_path):
     assert found['at_once'][-2][0] == 39_002
 
 
+@pytest.mark.parametrize('lasts', [2.0**31 - START / 1e9, 1e10, 1e30])
+def test_times_that_no_stamp_can_say_are_refused(tmp_path, lasts):
+    channel = Channel('temperature', np.array([0.0, lasts]), np.array([293.0, 294.0]), '/temperature')
+    with pytest.raises(BadInput, match=r'temperature lasts until .* stamps of ROS messages end in January 2038'):
+        write_recording(tmp_path / 'bag', Recording('run.csv', {'temperature': channel}, START))
+    assert not (tmp_path / 'bag').exists()
+
+
 def test_nothing_is_overwritten(tmp_path):
     (tmp_path / 'there').mkdir()
     with pytest.raises(BadInput, match='exists already and is not overwritten'):

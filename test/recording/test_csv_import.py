@@ -179,6 +179,40 @@ def test_a_mistake_in_the_map_is_answered_with_the_key_and_the_nearest_valid_one
     assert '\n' not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ('rows', 'unit', 'says'),
+    [
+        (
+            50_000_000 * np.arange(200),
+            's',
+            r"row 201, column 't': the run lasts 9.95e\+09 s, its time being in 's'.*unit: ns",
+        ),
+        (50 * np.arange(200_000), 'min', 'did you mean unit: ms'),
+        (0.05 * np.arange(600_000), 'h', r'did you mean unit: s\?'),
+        (
+            np.append(np.arange(100), 1.6e9 + np.arange(50)),
+            's',
+            r"row 102, column 't': time leaps by 1.6e\+09 s, where",
+        ),
+        (1e5 * np.arange(2000), 's', 'no run lasts a year; did you mean unit: us'),
+        (1e30 * np.arange(5), 's', 'no run lasts a year; see time in'),
+    ],
+)
+def test_a_time_that_cannot_be_in_its_unit_is_answered_with_the_nearest_that_it_can(imported, rows, unit, says):
+    with pytest.raises(BadInput, match=says):
+        imported(
+            't,x\n' + ''.join(f'{t!r},1\n' for t in rows.tolist()),
+            STROKE.replace('column: t, unit: ms', f'column: t, unit: {unit}'),
+        )
+
+
+def test_a_period_with_which_the_rows_last_for_years_is_refused(imported):
+    with pytest.raises(
+        BadInput, match=r'runs 1: dt_s is 1e\+300 s, with which the 2 rows of .*run_1.csv last 1e\+300 s'
+    ):
+        imported('t,x\n0,1\n1,2\n', STROKE.replace('time: {column: t, unit: ms}', 'dt_s: 1.0e+300'))
+
+
 def test_files_are_found_below_directories_and_misspelt_ones_are_named(tmp_path):
     (tmp_path / 'a').mkdir()
     for name in ('a/2.csv', 'a/1.csv', 'a/notes.txt'):
