@@ -26,6 +26,7 @@ _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _METADATA, _DATA_END = 3, 4
 _RECORD = struct.Struct('<BQ')
 _MESSAGE_HEAD = struct.Struct('<HIQQ')
 _TO_DATA = _RECORD.size + _MESSAGE_HEAD.size
+_LAST_NS = 2**63 - 1  # a log time is a uint64, the time of ROS an int64
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ class McapFile:
         if not summarised:
             for chunk in self._chunks:
                 records, _ = self._records(chunk)
-                for _ in self._walk(records):
+                for _ in self._walk(chunk, records):
                     pass
 
     def _chunk(self, at: int, end: int, whole: bool) -> _Chunk:
@@ -164,15 +165,17 @@ class McapFile:
         if whole and chunk.crc and zlib.crc32(records.data) != chunk.crc:
             whole = False
         if chunk.whole and not whole:
-            note = (
-                f'{self.path.name}: the chunk at byte {chunk.records_at} is damaged: read up to its last whole message'
-            )
-            if note not in self.notes:
-                self.notes.append(note)
+            self._note_damage(chunk)
         return records, whole
 
-    def _walk(self, records: Bytes) -> Iterator[tuple[int, int, int, int]]:
-        """(channel, log time, start, length) of each whole message; declares what is declared on the way."""
+    def _note_damage(self, chunk: _Chunk) -> None:
+        note = f'{self.path.name}: the chunk at byte {chunk.records_at} is damaged: read up to its last whole message'
+        if note not in self.notes:
+            self.notes.append(note)
+
+    def _walk(self, chunk: _Chunk, records: Bytes) -> Iterator[tuple[int, int, int, int]]:
+        """(channel, log time, start, length) of each whole message up to a record that does not parse; declares what is
+        declared on the way."""
         view, at, end = memoryview(records.data), 0, len(records)
         while at + _RECORD.size <= end:
             opcode, length = _RECORD.unpack_from(view, at)
@@ -181,26 +184,35 @@ class McapFile:
                 return
             if opcode == _MESSAGE and length >= _MESSAGE_HEAD.size:
                 channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(view, at + _RECORD.size)
+                if log_time > _LAST_NS:
+                    self._note_damage(chunk)
+                    return
                 yield channel, log_time, at + _TO_DATA, length - _MESSAGE_HEAD.size
             elif opcode in (_SCHEMA, _CHANNEL):
-                self._declare(opcode, view[at + _RECORD.size : following])
+                try:
+                    self._declare(opcode, view[at + _RECORD.size : following])
+                except (struct.error, UnicodeDecodeError):
+                    self._note_damage(chunk)
+                    return
             at = following
 
     def _indexed(self, chunk: _Chunk, records: Bytes) -> dict[int, tuple[Index, Index, Index]] | None:
         """Per channel (log time, start, length), from the chunk's indexes; None where they do not fit the chunk."""
         found: dict[int, tuple[Index, Index, Index]] = {}
         for at, size in chunk.indexes:
+            if size < 6 or (size - 6) % 16:
+                return None
             channel, _ = struct.unpack_from('<HI', self._data, at)
             entries = np.frombuffer(self._data, '<i8', (size - 6) // 8, at + 6).reshape(-1, 2)
             if not len(entries):
                 continue
             log_time, record = entries[:, 0].astype(np.int64), entries[:, 1].astype(np.int64)
-            if record.min() < 0 or record.max() + _TO_DATA > len(records):
+            if log_time.min() < 0 or record.min() < 0 or int(record.max()) + _TO_DATA > len(records):
                 return None
             length = gather(records, record + 1, '<i8').astype(np.int64) - _MESSAGE_HEAD.size
             start = record + _TO_DATA
             fits = (records[record] == _MESSAGE) & (gather(records, record + 9, '<u2') == channel)
-            if not fits.all() or length.min() < 0 or (start + length).max() > len(records):
+            if not fits.all() or length.min() < 0 or (length > len(records) - start).any():
                 return None
             found[channel] = (log_time, start, length)
         return found or None
@@ -214,7 +226,7 @@ class McapFile:
             records, whole = self._records(chunk)
             found = self._indexed(chunk, records) if whole else None
             if found is None:
-                found = self._found_by_walking(records)
+                found = self._found_by_walking(chunk, records)
             for number, (log_time, start, length) in found.items():
                 if number in names:
                     pieces[names[number]].append((records, log_time, start, length))
@@ -228,8 +240,13 @@ class McapFile:
             everything = np.frombuffer(self._data, np.uint8)
             messages = defaultdict(list)
             for at, size in self._loose:
-                channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(self._data, at + _RECORD.size)
-                messages[channel].append((log_time, at + _TO_DATA, size - _MESSAGE_HEAD.size))
+                if size >= _MESSAGE_HEAD.size:
+                    channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(self._data, at + _RECORD.size)
+                    if log_time <= _LAST_NS:
+                        messages[channel].append((log_time, at + _TO_DATA, size - _MESSAGE_HEAD.size))
+            broken = len(self._loose) - sum(map(len, messages.values()))
+            if broken:
+                self.notes.append(f'{self.path.name}: {broken} damaged message(s) were left out')
             for number, row in messages.items():
                 if number in names:
                     log_time, start, length = np.array(row, dtype=np.int64).T
@@ -241,9 +258,9 @@ class McapFile:
         if hasattr(mmap, 'MADV_DONTNEED'):
             self._data.madvise(mmap.MADV_DONTNEED)
 
-    def _found_by_walking(self, records: Bytes) -> dict[int, tuple[Index, Index, Index]]:
+    def _found_by_walking(self, chunk: _Chunk, records: Bytes) -> dict[int, tuple[Index, Index, Index]]:
         messages = defaultdict(list)
-        for channel, log_time, start, length in self._walk(records):
+        for channel, log_time, start, length in self._walk(chunk, records):
             messages[channel].append((log_time, start, length))
         found = {}
         for channel, row in messages.items():

@@ -265,10 +265,11 @@ def test_a_bag_without_definitions_is_read_with_those_of_jazzy(tmp_path):
     assert read_bag(path)['force'].value.tolist() == [2.5]
 
 
-@pytest.mark.parametrize('compression', list(mcap.writer.CompressionType))
-@pytest.mark.parametrize('layout', ['chunks', 'no chunks', 'no indexes', 'no summary'])
-def test_every_layout_that_mcap_allows(tmp_path, compression, layout):
-    path = tmp_path / 'x.mcap'
+LAYOUTS = ['chunks', 'no chunks', 'no indexes', 'no summary']
+
+
+def write_layout(path, layout, compression, rows):
+    """A file by mcap's own writer."""
     with path.open('wb') as file:
         writer = mcap.writer.Writer(
             file,
@@ -281,16 +282,68 @@ def test_every_layout_that_mcap_allows(tmp_path, compression, layout):
         )
         writer.start('ros2', '')
         channels = {}
-        for topic, log_time, (kind, message) in ticks(50):
+        for topic, log_time, (kind, message) in rows:
             if topic not in channels:
                 definition, _ = STORE.generate_msgdef(kind, ros_version=2)
                 schema = writer.register_schema(kind, 'ros2msg', definition.encode())
                 channels[topic] = writer.register_channel(topic, 'cdr', schema)
             writer.add_message(channels[topic], log_time, bytes(STORE.serialize_cdr(message, kind)), log_time)
         writer.finish()
+
+
+@pytest.mark.parametrize('compression', list(mcap.writer.CompressionType))
+@pytest.mark.parametrize('layout', LAYOUTS)
+def test_every_layout_that_mcap_allows(tmp_path, compression, layout):
+    path = tmp_path / 'x.mcap'
+    write_layout(path, layout, compression, ticks(50))
     recording = read_bag(path)
     assert recording['displacement'].value.tolist() == [k * 1e-3 for k in range(50)]
     assert recording.notes == ()
+
+
+@pytest.mark.parametrize('layout', LAYOUTS)
+def test_a_damaged_file_is_read_as_far_as_it_goes_or_refused(tmp_path, layout):
+    path = tmp_path / 'x.mcap'
+    write_layout(path, layout, mcap.writer.CompressionType.NONE, ticks(30))
+    whole, rng = path.read_bytes(), np.random.default_rng(3)
+    outcomes = []
+    for _ in range(200):
+        data = bytearray(whole)
+        if rng.random() < 0.2:
+            del data[int(rng.integers(100, len(data))) :]
+        for at in rng.integers(len(mcap_file.MAGIC), len(data), rng.integers(1, 9)):
+            data[at] = rng.choice([0, 255, rng.integers(256)])
+        path.write_bytes(data)
+        try:
+            outcomes.append(read_bag(path))
+        except BadInput as refused:
+            assert '\n' not in str(refused)  # noqa: PT017
+    assert 80 < len(outcomes) < 200
+
+
+@pytest.mark.parametrize('layout', LAYOUTS)
+def test_a_log_time_beyond_that_of_ros_is_damage(tmp_path, layout):
+    rows = ticks(50)
+    topic, _, message = rows[60]
+    rows[60] = topic, 2**64 - 1, message
+    write_layout(tmp_path / 'x.mcap', layout, mcap.writer.CompressionType.NONE, rows)
+    recording = read_bag(tmp_path / 'x.mcap')
+    assert any('damaged' in note for note in recording.notes)
+    assert len(recording['displacement']) > 20
+    assert recording.duration < 1.0
+
+
+@pytest.mark.parametrize('record', [b'\x03', b'\x04'])  # a type, a topic
+def test_a_declaration_that_does_not_parse_ends_its_chunk(tmp_path, record):
+    write_layout(tmp_path / 'x.mcap', 'chunks', mcap.writer.CompressionType.NONE, ticks(50))
+    data = bytearray((tmp_path / 'x.mcap').read_bytes())
+    name = {b'\x03': b'std_msgs/msg/Float64', b'\x04': b'/m1/current'}[record]
+    at = data.index(name)
+    data[at : at + 2] = b'\xff\xff'  # no UTF-8
+    (tmp_path / 'x.mcap').write_bytes(data)
+    recording = read_bag(tmp_path / 'x.mcap')
+    assert any('damaged' in note for note in recording.notes)
+    assert len(recording['displacement']) > 40  # of the other chunks
 
 
 @pytest.mark.parametrize('compression', list(mcap.writer.CompressionType))
