@@ -28,6 +28,7 @@ class SqliteFile:
     def _rows(self, query: str, *values: object) -> list[tuple[object, ...]]:
         try:
             with closing(sqlite3.connect(f'{self.path.resolve().as_uri()}?mode=ro', uri=True)) as database:
+                database.text_factory = lambda text: text.decode(errors='replace')  # damaged text is no error here
                 return database.execute(query, values).fetchall()
         except sqlite3.DatabaseError as error:
             raise BadInput(f'{self.path}: not a readable rosbag2 sqlite3 file ({error})') from None
@@ -55,6 +56,7 @@ class SqliteFile:
         """All messages of `topics`, in file order, about BATCH bytes at a time."""
         for topic in topics:
             last: object = -1
+            broken = 0
             while rows := self._rows(
                 # From the last row that was read: an offset would be counted from the first each time.
                 'SELECT m.rowid, m.timestamp, m.data FROM messages m JOIN topics t ON m.topic_id = t.id '
@@ -62,8 +64,14 @@ class SqliteFile:
                 topic, last, _ROWS,
             ):  # fmt: skip
                 last = rows[-1][0]
-                payloads = [data for _, _, data in rows if isinstance(data, bytes)]
+                whole = [(t, data) for _, t, data in rows if isinstance(t, int) and isinstance(data, bytes)]
+                broken += len(rows) - len(whole)
+                if not whole:
+                    continue
+                payloads = [data for _, data in whole]
                 length = np.array([len(payload) for payload in payloads], dtype=np.int64)
                 buffer = np.frombuffer(b''.join(payloads), np.uint8)
-                log_time = np.array([time for _, time, _ in rows], dtype=np.int64)
+                log_time = np.array([t for t, _ in whole], dtype=np.int64)
                 yield {topic: StoredMessages(log_time, Payloads(buffer, np.cumsum(length) - length, length))}
+            if broken:
+                self.notes.append(f'{self.path.name}: {topic}: {broken} row(s) without time or message were left out')

@@ -1,5 +1,7 @@
 import json
 import shutil
+import sqlite3
+from contextlib import closing
 
 import mcap.writer
 import numpy as np
@@ -392,6 +394,36 @@ def test_a_damaged_chunk_is_noted(tmp_path):
     file.write_bytes(data)
     assert any('is damaged' in note for note in read_bag(tmp_path / 'ours').notes)
     assert read_bag(bag).notes == ()
+
+
+def damaged_sqlite(path, rows, changes):
+    """A bag whose table of messages lost its constraints, and then some values: (row, column, SQL)."""
+    bag = write_foreign(path, rows, StoragePlugin.SQLITE3)
+    with closing(sqlite3.connect(next(bag.glob('*.db3')))) as database:
+        database.execute('CREATE TABLE loose AS SELECT * FROM messages')
+        database.execute('DROP TABLE messages')
+        database.execute('ALTER TABLE loose RENAME TO messages')
+        for row, column, value in changes:
+            database.execute(f'UPDATE messages SET {column} = {value} WHERE rowid = {row}')
+        database.commit()
+    return bag
+
+
+def test_damaged_rows_of_a_sqlite_bag_are_left_out_whole(tmp_path):
+    changes = [(3, 'data', 'NULL'), (5, 'data', "'a text'"), (6, 'data', "CAST(X'FF00' AS TEXT)")]
+    changes += [(8, 'timestamp', "X'00'"), (9, 'timestamp', 'NULL')]
+    rows = [('/force', START + k * MS, float64(k)) for k in range(50)]
+    recording = read_bag(damaged_sqlite(tmp_path / 'bag', rows, changes))
+    expected = np.delete(np.arange(50), [2, 4, 5, 7, 8])
+    np.testing.assert_array_equal(recording['force'].value, expected)
+    np.testing.assert_allclose(recording['force'].time, expected / 1000, atol=1e-12)
+    assert any('/force: 5 row(s) without time or message were left out' in note for note in recording.notes)
+
+
+def test_a_sqlite_bag_without_a_whole_row_is_empty(tmp_path):
+    bag = damaged_sqlite(tmp_path / 'bag', [('/force', START, float64(1))], [(1, 'data', 'NULL')])
+    with pytest.raises(BadInput, match='empty bag: no readable message on /force'):
+        read_bag(bag)
 
 
 def test_a_bag_without_its_metadata_file_is_read_with_a_note(tmp_path):
