@@ -10,11 +10,10 @@ from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 
-import yaml
-
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS, SETS, SPECIFICATIONS, TABLE, Parameters
 from tcp_muscle_ros.operating import MUSCLES, OPERATING
+from tcp_muscle_ros.yaml_text import NotYaml, parse
 
 Value = float | int | bool | str | list[str]
 
@@ -157,12 +156,10 @@ def load(path: Path) -> object:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else 'not a text file'
         raise BadInput(f'{path}: cannot read the parameter file: {reason}') from None
     try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        where = f' in line {mark.line + 1}, column {mark.column + 1}' if mark else ''
-        problem = getattr(error, 'problem', None) or 'not YAML'
-        raise BadInput(f'{path}: does not parse as YAML{where}: {problem}') from None
+        return parse(text)
+    except NotYaml as error:
+        where = f' in line {error.at[0]}, column {error.at[1]}' if error.at else ''
+        raise BadInput(f'{path}: does not parse as YAML{where}: {error}') from None
 
 
 _EXPECTED = "expected '/**:', below it 'ros__parameters:', below that names and values"

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import rclpy
-import yaml
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException
 from rclpy.executors import SingleThreadedExecutor
@@ -24,6 +23,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from tcp_muscle_ros import parameter_file
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.yaml_text import NotYaml, parse
 
 _SHARE = 1e-4  # s: how long a callback may keep a tick that is due from running; Python's own 5 ms are five ticks
 _STOP = (signal.SIGINT, signal.SIGTERM)
@@ -177,6 +177,6 @@ def _on_the_command_line(argument: str, name: str) -> dict[str, object]:
     if node not in ('', name):
         return {}
     try:
-        return {parameter: parameter_file.as_ros_reads(yaml.safe_load(text))}
-    except yaml.YAMLError:
+        return {parameter: parameter_file.as_ros_reads(parse(text))}
+    except NotYaml:
         return {}  # rcl says so

@@ -4,9 +4,8 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-import yaml
-
 from tcp_muscle_ros.recording.cdr import Index, Payloads
+from tcp_muscle_ros.yaml_text import NotYaml, parse
 
 BATCH = 8_000_000  # bytes: an hour of a fast recording is more than a laptop should hold at once
 
@@ -49,8 +48,8 @@ class BagFile(Protocol):
 def custom_data(metadata: str) -> Mapping[str, str]:
     """The custom_data of the text of a rosbag2 metadata.yaml; empty where there is none or the text is broken."""
     try:
-        content = yaml.safe_load(metadata)
-    except yaml.YAMLError:
+        content = parse(metadata)
+    except NotYaml:
         return {}
     if isinstance(content, dict):
         content = content.get('rosbag2_bagfile_information', content)

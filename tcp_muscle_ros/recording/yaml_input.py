@@ -4,9 +4,8 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
-import yaml
-
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.yaml_text import NotYaml, parse
 
 
 class Section:
@@ -112,17 +111,16 @@ def load_yaml(path: str | Path) -> Section:
     """A YAML file whose content is a mapping. BadInput: missing, unreadable, or no YAML (with line and column)."""
     path = Path(path)
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+        content = parse(path.read_text(encoding='utf-8'))
     except OSError as error:
         siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
         hint = nearest(path.name, [name for name in siblings if name.endswith(('.yaml', '.yml'))])
         raise BadInput(f'{path}: cannot be read ({error.strerror}){hint}') from None
     except UnicodeDecodeError:
         raise BadInput(f'{path}: not a text file, expected YAML') from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        at = f':{mark.line + 1}:{mark.column + 1}' if mark else ''
-        raise BadInput(f'{path}{at}: not valid YAML: {getattr(error, "problem", None) or error}') from None
+    except NotYaml as error:
+        at = f':{error.at[0]}:{error.at[1]}' if error.at else ''
+        raise BadInput(f'{path}{at}: not valid YAML: {error}') from None
     return Section(content, str(path))
 
 

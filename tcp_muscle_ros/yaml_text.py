@@ -1,0 +1,56 @@
+"""YAML from a text, with one exception for all that PyYAML raises, and without what contains itself."""
+
+import yaml
+
+
+class NotYaml(ValueError):
+    """What is wrong, in one line; ``at`` is (line, column), counted from 1, where known."""
+
+    def __init__(self, problem: str, at: tuple[int, int] | None = None) -> None:
+        super().__init__(problem)
+        self.at = at
+
+
+class _Loader(yaml.SafeLoader):
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> object:
+        try:
+            return super().construct_object(node, deep)
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            # PyYAML lets through what Python's own types say of a date 2026-13-45, or of !!int x.
+            reason = str(error) if isinstance(error, ValueError) else f'not what {node.tag} is written like'
+            problem = f"'{node.value}': {reason}" if isinstance(node, yaml.ScalarNode) else reason
+            raise yaml.MarkedYAMLError(problem=' '.join(problem.split()), problem_mark=node.start_mark) from None
+
+
+def parse(text: str) -> object:
+    """What a text says in YAML 1.1.
+
+    Raises:
+        NotYaml: it says nothing, or something without an end: an alias inside what it names.
+    """
+    try:
+        content: object = yaml.load(text, _Loader)
+        if _contains_itself(content, set(), set()):
+            raise NotYaml('an alias (*) stands inside what it names')
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        problem = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'no YAML'
+        raise NotYaml(problem, (mark.line + 1, mark.column + 1) if mark else None) from None
+    except RecursionError:
+        raise NotYaml('nested too deeply') from None
+    return content
+
+
+def _contains_itself(node: object, above: set[int], done: set[int]) -> bool:
+    """Is a list or mapping among those that it stands in? Each is looked at once, however often it is named."""
+    if not isinstance(node, (dict, list, tuple)) or id(node) in done:
+        return False
+    if id(node) in above:
+        return True
+    above.add(id(node))
+    for below in node.values() if isinstance(node, dict) else node:
+        if _contains_itself(below, above, done):
+            return True
+    above.remove(id(node))
+    done.add(id(node))
+    return False
