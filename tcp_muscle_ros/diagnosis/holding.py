@@ -10,6 +10,7 @@ from tcp_muscle_ros.diagnosis.experiment import Holding
 from tcp_muscle_ros.diagnosis.noise import white_sigma
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.recording import Channel, Recording
+from tcp_muscle_ros.recording.yaml_input import as_number
 
 _BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
 
@@ -27,8 +28,11 @@ class Conditions:
 
 
 def number(value: object, offset: float = 0.0) -> float | None:
-    """A number that was written down, else None."""
-    return float(value) + offset if isinstance(value, int | float) and not isinstance(value, bool) else None
+    """A number that was written down, also as YAML's word ``5e-1``, else None."""
+    try:
+        return as_number(value, '') + offset
+    except BadInput:
+        return None
 
 
 def holding_of(

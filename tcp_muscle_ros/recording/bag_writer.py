@@ -65,7 +65,7 @@ class BagWriter:
     ) -> None:
         self.path = refuse_existing(path)
         self.typestore = typestore or get_typestore(Stores.ROS2_JAZZY)
-        self._custom_data = {KNOWN: json.dumps(dict(known), default=str)} if known else None
+        self._custom_data = {KNOWN: json.dumps(_text_keys(known), default=str)} if known else None
         self._made = [directory for directory in (self.path, *self.path.parents) if not directory.exists()]
         try:
             self.path.mkdir(parents=True)
@@ -240,6 +240,13 @@ class BagWriter:
             self.close()
         else:
             self.leave_unfinished()
+
+
+def _text_keys(known: object) -> object:
+    """The same with every key a text: YAML has dates and numbers as keys, JSON has not."""
+    if isinstance(known, Mapping):
+        return {str(key): _text_keys(value) for key, value in known.items()}
+    return [_text_keys(value) for value in known] if isinstance(known, list | tuple) else known
 
 
 class _NoAliases(yaml.SafeDumper):

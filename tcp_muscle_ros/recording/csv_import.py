@@ -83,7 +83,7 @@ def unclaimed(import_map: ImportMap, files: Sequence[Path]) -> list[Path]:
 def _name(run: Run, file: Path) -> str:
     try:
         name = run.name.format(stem=file.stem, parent=file.absolute().parent.name)
-    except (KeyError, IndexError, ValueError):
+    except (AttributeError, LookupError, TypeError, ValueError):
         raise BadInput(f"{run.where}: name is '{run.name}', expected a text with {{stem}} or {{parent}}") from None
     if '/' in name or not name.strip('.'):
         raise BadInput(f"{run.where}: name is '{name}', expected a name without '/'")

@@ -112,10 +112,17 @@ def read_import_map(path: str | Path) -> ImportMap:
         if group:
             layers.append(shared[group])
         runs.append(_run(entry, group, [*layers, entry]))
-    ignore = file.content.get('ignore') or []
-    if not isinstance(ignore, list):
+    return ImportMap(str(path), tuple(runs), _ignored(file))
+
+
+def _ignored(file: Section) -> tuple[str, ...]:
+    patterns = file.content.get('ignore') or []
+    if not isinstance(patterns, list):
         raise BadInput(f'{file.where}: ignore: expected a list of file patterns')
-    return ImportMap(str(path), tuple(runs), tuple(map(str, ignore)))
+    for pattern in patterns:
+        if not isinstance(pattern, str) or not PurePath(pattern).parts:
+            raise BadInput(f"{file.where}: ignore: {pattern!r} is no file pattern, expected such as 'averages*.csv'")
+    return tuple(patterns)
 
 
 def _run(entry: Section, group: str, layers: list[Section]) -> Run:

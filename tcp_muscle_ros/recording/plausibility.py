@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
+from tcp_muscle_ros.recording.yaml_input import as_number
 
 # SI values that a muscle's channel has on a bench, (low, high): beyond, it is in another unit, or another channel.
 PLAUSIBLE = {
@@ -190,8 +191,10 @@ def _stated_room(recording: Recording, ambient: float | None) -> float | None:
     channel = recording.channels.get('ambient')
     if channel is not None and len(channel):
         return float(np.median(channel.value))
-    known = recording.known.get('ambient_c')
-    return float(known) + _KELVIN if isinstance(known, int | float) else ambient
+    try:
+        return as_number(recording.known.get('ambient_c'), '') + _KELVIN
+    except BadInput:  # it does not say, or only in words
+        return ambient
 
 
 def _refuse_slope(recording: Recording) -> None:

@@ -100,7 +100,7 @@ def as_number(value: object, where: str) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
             raise ValueError
         number = float(value)
-    except ValueError:
+    except (OverflowError, ValueError):
         raise BadInput(f'{where} is {_shown(value)}, expected a number') from None
     if not math.isfinite(number):
         raise BadInput(f'{where} is {number}, expected a finite number')

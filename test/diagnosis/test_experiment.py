@@ -49,6 +49,15 @@ def test_the_true_muscle_predicts_its_own_recording_at_any_averaging(most):
     assert np.max(np.abs(predicted['resistance'] - experiment.observed['resistance'].value)) < 0.1 * tolerance
 
 
+@pytest.mark.parametrize(('said', 'pulls'), [('5e-1', 0.5), (0.5, 0.5), ('a brick', 0.0), (True, 0.0)])
+def test_a_load_that_yaml_takes_for_a_word_is_a_load(said, pulls):
+    out = simulate(NOMINAL, TIME, CURRENT, load=np.full(TIME.size, 0.5), starting_load=0.5)
+    made = recording({'load_n': said}, current=(TIME, CURRENT), displacement=(TIME, out.displacement))
+    experiment = prepare(made, NOMINAL)
+    assert experiment.holding.starting_load == pulls
+    assert any('taken as 0 N' in note for note in experiment.notes) is (pulls == 0.0)
+
+
 def test_a_beginning_shows_what_the_whole_shows():
     whole = prepare(stepped(), NOMINAL)
     beginning = whole.until(50.0)

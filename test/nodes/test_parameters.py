@@ -104,6 +104,7 @@ def test_a_mistake_is_answered_by_one_line_that_helps(given, line):
 
 FILES = {
     'broken.yaml': '/**:\n  ros__parameters:\n    hA: [0.02\n    k0: {\n',
+    'date.yaml': '/**:\n  ros__parameters:\n    hA: 2026-13-45\n',
     'empty.yaml': '',
     'other.yaml': 'hA: 0.02\n',
     'misspelt.yaml': '/**:\n  ros__parameters:\n    hA_w_per_k: 0.02\n',
@@ -118,6 +119,7 @@ FILES = {
     ('program', 'arguments', 'line'),
     [
         ('sim_node', ['--params-file', 'broken.yaml'], 'broken.yaml: does not parse as YAML in line 4'),
+        ('sim_node', ['--params-file', 'date.yaml'], "in line 3, column 9: '2026-13-45': month must be in 1..12"),
         ('controller_node', ['--params-file', 'empty.yaml'], "empty.yaml: no parameters; expected '/**:'"),
         ('sim_node', ['--params-file', 'other.yaml'], "other.yaml: no parameters; expected '/**:'"),
         ('sim_node', ['--params-file', 'missing.yaml'], 'missing.yaml: cannot read'),
@@ -151,6 +153,13 @@ def test_a_process_given_a_mistake_ends_with_2_and_one_line(tmp_path, program, a
     assert ended.returncode == 2, ended.stderr
     assert line in ended.stderr
     assert ended.stderr.count('\n') == 1 and ended.stdout == '', ended.stderr
+
+
+@pytest.mark.parametrize('value', ['2026-13-45', '&x [*x]', '[' * 3000, '['])
+def test_a_value_that_is_no_yaml_is_left_to_ros(value):
+    from tcp_muscle_ros.nodes.lifetime import check_arguments
+
+    check_arguments(['-p', f'seed:={value}', '-p', 'seed:=4'], SIM)
 
 
 def test_two_decimals_or_the_last_of_two_files_are_no_contradiction(tmp_path):

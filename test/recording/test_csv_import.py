@@ -165,6 +165,11 @@ def test_a_file_that_is_not_what_the_map_says_is_answered_with_file_row_and_colu
         (("file: 'run_*.csv'", "file: 'run_*.csv', group: a"), 'group'),
         (("file: 'run_*.csv'", 'file: other.csv'), 'none of the 1 file.* is a run of this map'),
         (("file: 'run_*.csv'", "file: 'run_*.csv', name: '{trial}'"), r'expected a text with \{stem\} or \{parent\}'),
+        (("file: 'run_*.csv'", "file: 'run_*.csv', name: '{stem.foo}'"), 'expected a text with'),
+        (("file: 'run_*.csv'", "file: 'run_*.csv', name: '{stem[a]}'"), 'expected a text with'),
+        (('runs:', "ignore: ['']\nruns:"), "ignore: '' is no file pattern, expected such as"),
+        (('runs:', 'ignore: [a.csv, 3]\nruns:'), 'ignore: 3 is no file pattern'),
+        (('unit: mm', f'scale: 1{"0" * 400}'), 'scale is 1000.*, expected a number'),
         (
             ("runs: [{file: 'run_*.csv'}]", "runs: [{file: 'run_*.csv'}, {file: run_1.csv}]"),
             "two runs are named 'run_1'",
@@ -227,6 +232,13 @@ def runs_of(rig):
     files = csv_files([DATA / rig])
     assert unclaimed(import_map, files) == []
     return {run.name: run.recording for run in import_runs(import_map, files)}
+
+
+def test_what_is_known_by_dates_and_numbers_goes_into_the_bag(imported, tmp_path):
+    given = 'known: {calibrated: {2020-01-01: 3, 2: [{1.5: 2021-01-01}]}}\nruns:'
+    (recording,) = imported('t,x\n0,1\n1,2\n', STROKE.replace('runs:', given)).values()
+    write_recording(tmp_path / 'bag', recording)
+    assert read_bag(tmp_path / 'bag').known['calibrated'] == {'2020-01-01': 3, '2': [{'1.5': '2021-01-01'}]}
 
 
 @real_data
