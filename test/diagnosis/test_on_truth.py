@@ -60,6 +60,14 @@ def test_a_thermometers_gain_is_a_sensors_where_the_other_parameters_hide_it_in_
 
 
 @pytest.mark.slow
+def test_what_a_sensor_leaves_is_unexplained_where_its_fault_would_have_left_nothing(diagnosed):
+    """A resistance that bends with the current looks like one that is read late."""
+    found = diagnosed(101, 'unlisted', 'varistor', 701)
+    assert found.verdict == 'unexplained'
+    assert found.unexplained.channel == 'resistance'
+
+
+@pytest.mark.slow
 def test_what_the_misfit_of_another_effect_shows_as_slips_is_no_slip(diagnosed):
     found = diagnosed(76, 'single', 'shear_softening', 701)
     assert [f.effect for f in found.findings] == ['shear_softening']
