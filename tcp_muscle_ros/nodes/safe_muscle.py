@@ -151,7 +151,8 @@ class SafeMuscle:
             level = DiagnosticStatus.WARN
         else:
             level = DiagnosticStatus.OK
-        refused = self.refused_inputs
+        with self.node.lock:  # a tick of several muscles takes inputs, and may refuse one of a new name meanwhile
+            refused = dict(self.refused_inputs)
         facts = {
             'state': report.state.value,
             'current_a': f'{report.current:.6g}',

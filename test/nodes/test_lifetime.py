@@ -6,6 +6,8 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from diagnostic_msgs.msg import DiagnosticArray
+
 pytestmark = pytest.mark.processes
 
 # sim_node with a fault of ours in it, that comes once current flows.
@@ -56,3 +58,43 @@ raise SystemExit(run(make, 'sim_node', ['sim_node']))
     bench.until(lambda: 'making' in program.said(), 'it does not start', 120.0)
     assert program.end(signal.SIGTERM, signal.SIGTERM) == 0
     assert program.said() == 'making\n'
+
+
+# sim_node with two muscles that refuse an input of a new name every tick, while a callback counts them slowly.
+CROWDED = """
+import math, time
+from collections import Counter
+from tcp_muscle_ros.nodes import safe_muscle, sim_node
+from tcp_muscle_ros.nodes.lifetime import run
+class Slow(Counter):
+    def items(self):
+        for pair in super().items():
+            yield pair
+            time.sleep(0.05)
+class Refusing(sim_node.SimNode):
+    def work(self, *arguments):
+        super().work(*arguments)
+        for muscle in self.muscles:
+            muscle.within(f'input_{len(muscle.refused_inputs)}', math.nan, 0.0, 1.0, 'N')
+safe_muscle.Counter = Slow
+arguments = ['--ros-args', '-r', '__ns:=/crowded', '-p', 'muscles:=[thumb, index]', '-p', 'rate_hz:=50.0']
+raise SystemExit(run(Refusing, 'sim_node', ['sim_node', *arguments]))
+"""
+
+
+def test_an_input_refused_while_the_diagnostics_are_made_ends_nothing(bench):
+    diagnostics = bench.listen('/diagnostics', DiagnosticArray)
+    program = bench.run(['-c', CROWDED], 'crowded')
+
+    def told():
+        return [
+            value.value
+            for _, array in list(diagnostics)
+            for status in array.status
+            for value in status.values
+            if status.name == '/crowded/sim_node/thumb' and value.key == 'refused_inputs' and 'input_1 ' in value.value
+        ]
+
+    bench.until(lambda: len(told()) > 1, 'no diagnostics', 120.0)
+    assert program.end(signal.SIGINT) == 0, program.said()
+    bench.forget(diagnostics)
