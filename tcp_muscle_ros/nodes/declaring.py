@@ -12,6 +12,7 @@ from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, descriptor
 from tcp_muscle_ros.nodes.plan import Plan, naming, read_plan
 from tcp_muscle_ros.operating import JOINTS, MUSCLES
 
+_CLOCK = 'use_sim_time'
 _EFFECTS = "physics beside the paper's model: " + ', '.join(EFFECTS)
 
 
@@ -53,6 +54,7 @@ def declare(node: Node, owner: str, check: Callable[[Settings], None], apply: Ca
 
     def may_be_set(parameters: list[RosParameter]) -> SetParametersResult:
         try:
+            _refuse_another_clock(node, parameters)
             for name, settings in changed(parameters).items():
                 if name in plan.muscles:
                     with naming(name):
@@ -69,6 +71,16 @@ def declare(node: Node, owner: str, check: Callable[[Settings], None], apply: Ca
     node.add_on_set_parameters_callback(may_be_set)
     node.add_post_set_parameters_callback(was_set)
     return plan
+
+
+def _refuse_another_clock(node: Node, parameters: Iterable[RosParameter]) -> None:
+    """The ticks keep to the clock that they began with; rclpy would change that of the stamps alone."""
+    now = node.get_parameter(_CLOCK).value
+    if any(parameter.name == _CLOCK and parameter.value != now for parameter in parameters):
+        raise BadInput(
+            f"parameter '{_CLOCK}' is {str(now).lower()} as long as the node runs; set another at the start: "
+            f'--ros-args -p {_CLOCK}:={str(not now).lower()}'
+        )
 
 
 def _declare(node: Node, prefix: str, settings: Settings, names: Iterable[str]) -> None:

@@ -185,6 +185,20 @@ def test_parameters_can_be_looked_at_and_changed_while_it_runs(bench, sim):
     assert values[0].double_value == 0.01933
 
 
+def test_the_clock_stays_the_one_that_it_began_with(bench, sim):
+    def change(value):
+        parameters = [Parameter('use_sim_time', value=value).to_parameter_msg()]
+        return sim.call(SetParametersAtomically, 'set_parameters_atomically', parameters=parameters).result
+
+    refused = change(True)
+    assert not refused.successful
+    assert refused.reason.endswith('set another at the start: --ros-args -p use_sim_time:=true')
+    assert change(False).successful
+    begun = time.monotonic()
+    bench.until(lambda: sim.temperature.since(begun), 'it ticks no more')
+    assert abs(stamp(sim.temperature.last) - time.time_ns()) < 5e9, 'stamps are not on the system clock'
+
+
 # Other ways to start it
 
 
