@@ -7,6 +7,8 @@ names. ``owners`` says which node reads it; a file under ``/**:`` may serve both
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tcp_muscle_ros.errors import BadInput, nearest
+
 Default = float | int | bool | str
 
 SIM, CONTROL = 'sim_node', 'controller_node'
@@ -172,3 +174,47 @@ _JOINT_ROWS = (
     Operating('torque_filter_s', 0.3, 's', 'of the torque that the tensions show', (CONTROL,), 0.0, 100.0),
 )
 JOINT: Mapping[str, Operating] = {row.name: row for row in _JOINT_ROWS}
+
+
+def read_value(row: Operating, value: object) -> Default:
+    """A value from a file, the command line or a request as the parameter's own type; a whole number may be a float.
+
+    Raises:
+        BadInput: a wrong type, outside the bounds, or none of the choices.
+    """
+    kind = type(row.default)
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        value = float(value)
+    if kind is int and isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if type(value) is not kind:
+        raise BadInput(f"parameter '{row.name}' is {shown(value)}; expected {_expected(row)}")
+    if isinstance(value, str):
+        if row.choices and value not in row.choices:
+            raise BadInput(f"parameter '{row.name}' is '{value}'{nearest(value, row.choices)}")
+        return value
+    if isinstance(value, bool):
+        return value
+    assert isinstance(value, int | float)
+    if not row.low <= value <= row.high:  # False for NaN
+        raise BadInput(f"parameter '{row.name}' is {shown(value)}; expected {_expected(row)}")
+    return value
+
+
+def _expected(row: Operating) -> str:
+    if isinstance(row.default, bool):
+        return 'true or false'
+    if isinstance(row.default, str):
+        return ' or '.join(row.choices) or 'a text'
+    whole = 'a whole number, ' if isinstance(row.default, int) else ''
+    unit = '' if row.unit in ('', '1') else f' {row.unit}'
+    return f'{whole}{row.low:g} to {row.high:g}{unit} ({row.meaning})'
+
+
+def shown(value: object) -> str:
+    """A value as an error shows it."""
+    if isinstance(value, bool):
+        return 'true' if value else 'false'
+    if value is None:
+        return 'empty'
+    return f'{value:g}' if isinstance(value, float) else f"'{value}'" if isinstance(value, str) else str(value)

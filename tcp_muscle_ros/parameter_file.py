@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS, SETS, SPECIFICATIONS, TABLE, Parameters
-from tcp_muscle_ros.operating import MUSCLES, OPERATING
+from tcp_muscle_ros.operating import MUSCLES, OPERATING, read_value
 from tcp_muscle_ros.yaml_text import NotYaml, parse
 
 Value = float | int | bool | str | list[str]
@@ -236,16 +236,5 @@ def _effects(value: object) -> tuple[str, ...]:
 
 
 def _operating(name: str, value: object) -> Value:
-    kind = type(OPERATING[name].default)
-    if kind is float:
-        return _number(name, value, OPERATING[name].unit)
-    if kind is int and isinstance(value, int) and not isinstance(value, bool):
-        return value
-    if kind is bool and isinstance(value, bool):
-        return value
-    if kind is str and isinstance(value, str):
-        choices = OPERATING[name].choices
-        if choices and value not in choices:
-            raise BadInput(f"parameter '{name}' = '{value}'{nearest(value, choices)}")
-        return value
-    raise BadInput(f"parameter '{name}' = {value}: expected {kind.__name__}")
+    row = OPERATING[name]
+    return read_value(row, value if isinstance(row.default, str) else as_ros_reads(value))

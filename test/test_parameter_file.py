@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS, SETS, TABLE, Parameters
-from tcp_muscle_ros.parameter_file import number_text, read, render
+from tcp_muscle_ros.operating import OPERATING
+from tcp_muscle_ros.parameter_file import from_names, number_text, read, render
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -59,6 +61,21 @@ def test_effects_may_be_nested_and_words_of_YAML_are_numbers(tmp_path):
     found = read(tmp_path / 'm.yaml').parameters
     assert found['creep.J'] == 0.2
     assert found['C'] == pytest.approx(0.17)
+
+
+NUMBERS = [row for row in OPERATING.values() if type(row.default) in (int, float)]
+
+
+@pytest.mark.parametrize('row', NUMBERS, ids=lambda row: row.name)
+def test_an_operating_parameter_has_the_bounds_of_the_nodes(row):
+    kind = type(row.default)
+    for value in (kind(row.low), kind(row.high), str(float(row.high))):
+        assert from_names({row.name: value}).operating == {row.name: kind(float(value))}
+    for value in (kind(row.low - 1), kind(2 * row.high), np.nan, 'warm', True, None):
+        with pytest.raises(BadInput) as caught:
+            from_names({row.name: value})
+        assert str(caught.value).startswith(f"parameter '{row.name}' is ")
+        assert f'{row.low:g} to {row.high:g}' in str(caught.value)
 
 
 @pytest.mark.parametrize('value', [1.0, 1e-7, 1e22, 0.1, -3.5e-6, 0.0])

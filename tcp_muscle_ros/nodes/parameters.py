@@ -11,7 +11,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from tcp_muscle_ros.control.safety import Limits
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS, Parameter, Parameters
-from tcp_muscle_ros.operating import BOTH, OPERATING, Operating
+from tcp_muscle_ros.operating import BOTH, OPERATING, Operating, read_value, shown
 
 Value = float | int | bool | str | tuple[str, ...]
 
@@ -33,37 +33,12 @@ KNOWN: Mapping[str, Operating] = {
 }
 
 
-def read_value(row: Operating, value: object) -> Value:
-    """A value from a file, the command line or a request as the parameter's own type; a whole number may be a float.
-
-    Raises:
-        BadInput: a wrong type, outside the bounds, or none of the choices.
-    """
-    kind = type(row.default)
-    if kind is float and isinstance(value, int) and not isinstance(value, bool):
-        value = float(value)
-    if kind is int and isinstance(value, float) and value.is_integer():
-        value = int(value)
-    if type(value) is not kind:
-        raise BadInput(f"parameter '{row.name}' is {_shown(value)}; expected {_expected(row)}")
-    if isinstance(value, str):
-        if row.choices and value not in row.choices:
-            raise BadInput(f"parameter '{row.name}' is '{value}'{nearest(value, row.choices)}")
-        return value
-    if isinstance(value, bool):
-        return value
-    assert isinstance(value, int | float)
-    if not row.low <= value <= row.high:  # False for NaN
-        raise BadInput(f"parameter '{row.name}' is {_shown(value)}; expected {_expected(row)}")
-    return value
-
-
 def read_list(parameter: str, value: object, example: str) -> tuple[str, ...]:
     """A list of names; ``['']`` and an empty list, which ROS hands over as nothing, are none."""
     if value is None:
         return ()
     if isinstance(value, str) or not isinstance(value, Iterable) or not all(isinstance(name, str) for name in value):
-        raise BadInput(f"parameter '{parameter}' is {_shown(value)}; expected a list of names, {example}")
+        raise BadInput(f"parameter '{parameter}' is {shown(value)}; expected a list of names, {example}")
     return tuple(name for name in value if name)
 
 
@@ -74,24 +49,6 @@ def read_effects(value: object) -> tuple[str, ...]:
         if name not in EFFECTS:
             raise BadInput(f"parameter 'effects': unknown effect '{name}'{nearest(name, EFFECTS)}")
     return names
-
-
-def _expected(row: Operating) -> str:
-    if isinstance(row.default, bool):
-        return 'true or false'
-    if isinstance(row.default, str):
-        return ' or '.join(row.choices) or 'a text'
-    whole = 'a whole number, ' if isinstance(row.default, int) else ''
-    unit = '' if row.unit in ('', '1') else f' {row.unit}'
-    return f'{whole}{row.low:g} to {row.high:g}{unit} ({row.meaning})'
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, bool):
-        return 'true' if value else 'false'
-    if value is None:
-        return 'empty'
-    return f'{value:g}' if isinstance(value, float) else f"'{value}'" if isinstance(value, str) else str(value)
 
 
 def descriptor(row: Operating) -> ParameterDescriptor:

@@ -111,6 +111,7 @@ def test_a_calibrated_file_loads_replays_to_the_noise_and_carries_its_intervals(
         ('/**:\n  ros__parameters:\n    effects: [crep]\n', "did you mean 'creep'"),
         ('/**:\n  ros__parameters:\n    effects: creep\n', 'expected a list of names'),
         ('/**:\n  ros__parameters:\n   hA: [\n', 'does not parse as YAML in line'),
+        ('/**:\n  ros__parameters:\n    ambient_temperature_c: 296.15\n', 'is 296.15; expected -40 to 100 degC'),
         ('hA: 0.02\n', 'ros__parameters'),
         ('', 'no parameters'),
     ],
