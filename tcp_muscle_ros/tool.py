@@ -1,6 +1,7 @@
 """The command line ``tcp_muscle``: one subcommand a file of commands/, loaded only when it is the one that runs.
 
-Exit code: 0 done, 1 internal error, 2 bad input (one line on stderr, no traceback), 130 interrupted.
+Exit code: 0 done, 1 internal error, 2 bad input (one line on stderr, no traceback), 130 interrupted. A reader who has
+seen enough (`| head`) changes nothing of what is done.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import NoReturn
 
 from tcp_muscle_ros import __version__
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.streams import forgiving
 from tcp_muscle_ros.threads import one_of_linear_algebra
 
 PROGRAM = 'tcp_muscle'
@@ -40,17 +42,39 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run ``tcp_muscle ARGV``; returns the exit code."""
     argv = list(sys.argv[1:] if argv is None else argv)
     one_of_linear_algebra()
-    try:
-        return _run(argv)
-    except SystemExit as leave:  # argparse has said what there is to say
-        return leave.code if isinstance(leave.code, int) else 2
+    with forgiving() as lost:
+        code = _guarded(argv)
+    if lost:
+        _say(PROGRAM, f'standard output cannot be written ({lost[0].strerror}): what was done was not all said')
+        return code or 2
+    return code
 
 
-def _run(argv: list[str]) -> int:
+def _guarded(argv: list[str]) -> int:
+    """Run the command; whatever goes wrong is one line and an exit code."""
     name = next((word for word in argv if not word.startswith('-')), None)
     if name is not None and name not in COMMANDS and not argv[0].startswith('-'):
         _say(PROGRAM, f"unknown command '{name}'{nearest(name, COMMANDS)}; see {PROGRAM} --help")
         return 2
+    program = f'{PROGRAM} {name}' if name else PROGRAM
+    try:
+        return _run(argv, name)
+    except SystemExit as leave:  # argparse has said what there is to say
+        return leave.code if isinstance(leave.code, int) else 2
+    except BadInput as error:
+        _say(program, str(error))
+        return 2
+    except KeyboardInterrupt:
+        _say(program, 'interrupted')
+        return 130
+    except Exception as error:
+        if os.environ.get(DEBUG):
+            raise
+        _say(program, f'internal error: {type(error).__name__}: {error} (set {DEBUG}=1 to see where, and report it)')
+        return 1
+
+
+def _run(argv: list[str], name: str | None) -> int:
     parser = _Parser(
         prog=PROGRAM, description='Simulate, record, import, calibrate, replay and diagnose TCP artificial muscles.'
     )
@@ -67,23 +91,7 @@ def _run(argv: list[str]) -> int:
             module.add_arguments(subparser)
     args = parser.parse_args(argv)
     assert module is not None
-    program = f'{PROGRAM} {args.command}'
-    try:
-        return int(module.run(args))
-    except BadInput as error:
-        _say(program, str(error))
-        return 2
-    except KeyboardInterrupt:
-        _say(program, 'interrupted')
-        return 130
-    except BrokenPipeError:  # `| head` has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except Exception as error:
-        if os.environ.get(DEBUG):
-            raise
-        _say(program, f'internal error: {type(error).__name__}: {error} (set {DEBUG}=1 to see where, and report it)')
-        return 1
+    return int(module.run(args))
 
 
 def _missing(command: str, file: str, error: ModuleNotFoundError) -> int:

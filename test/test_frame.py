@@ -22,7 +22,7 @@ PACKAGE = ROOT / 'tcp_muscle_ros'
 
 # A room imports only from floors below its own; rooms on one floor do not know each other.
 FLOORS = [
-    {'errors', 'threads', 'yaml_text'},
+    {'errors', 'streams', 'threads', 'yaml_text'},
     {'muscle', 'recording', 'operating'},
     {'parameter_file', 'control', 'diagnosis'},
     {'intervals'},

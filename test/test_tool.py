@@ -1,5 +1,6 @@
 """The command line: exit codes, one line for a mistake, no needless imports."""
 
+import os
 import subprocess
 import sys
 import types
@@ -7,6 +8,7 @@ import types
 import pytest
 
 from tcp_muscle_ros import tool
+from tcp_muscle_ros.commands import progress
 from tcp_muscle_ros.errors import BadInput
 
 
@@ -102,6 +104,79 @@ def test_interrupted_is_130(command, capsys):
 def test_what_a_command_returns_is_the_exit_code(command):
     command(lambda: 0)
     assert tool.main(['replay']) == 0
+
+
+# A reader who has seen enough, and a disk that is full
+
+
+def unheard():
+    """A stream to a reader who is gone."""
+    read, write = os.pipe()
+    os.close(read)
+    return open(write, 'w')
+
+
+def full():
+    """A stream to a disk without room."""
+    return open('/dev/full', 'w')
+
+
+def run_into(sink, *arguments, **environment):
+    """The tool with its standard output there; exit code and stderr."""
+    with sink:
+        process = subprocess.run(
+            [sys.executable, '-m', 'tcp_muscle_ros.tool', *map(str, arguments)],
+            stdout=sink,
+            stderr=subprocess.PIPE,
+            env={name: text for name, text in os.environ.items() if name != 'PYTHONUNBUFFERED'} | environment,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+    return process.returncode, process.stderr
+
+
+def test_a_reader_who_has_seen_enough_is_no_mistake():
+    assert run_into(unheard(), '--help') == (0, '')
+
+
+def test_a_full_disk_under_the_output_is_one_line_and_exit_code_2():
+    code, error = run_into(full(), '--help')
+    assert code == 2
+    assert error.startswith('tcp_muscle: standard output cannot be written (No space left on device)')
+    assert error.count('\n') == 1
+
+
+@pytest.mark.parametrize('sink', [unheard, full])
+def test_the_work_is_done_although_nobody_hears_of_it(tmp_path, sink):
+    for name in 'ab':
+        (tmp_path / f'{name}.csv').write_text('t,x\n0,1\n1,2\n')
+    (tmp_path / 'map.yaml').write_text(
+        "time: {column: t}\ncolumns: {displacement: {column: x, unit: mm}}\nruns: [{file: '*.csv'}]\n"
+    )
+    command = ['import', tmp_path, '--map', tmp_path / 'map.yaml', '--output', tmp_path / 'out']
+    code, _ = run_into(sink(), *command, PYTHONUNBUFFERED='1')
+    assert code == (0 if sink is unheard else 2)
+    assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == ['a', 'b']
+
+
+def test_signs_of_life_that_nobody_sees_end_no_work(command, monkeypatch):
+    done = []
+
+    def body():
+        with progress.Progress('working') as sign:
+            for step in range(3):
+                sign.beat()
+                done.append(step)
+        return 0
+
+    monkeypatch.setattr(progress, '_FIRST', -1.0)
+    monkeypatch.setattr(progress, '_BETWEEN', -1.0)
+    with unheard() as stream:
+        monkeypatch.setattr(sys, 'stderr', stream)
+        command(body)
+        assert tool.main(['replay']) == 0
+    assert done == [0, 1, 2]
 
 
 def test_import_writes_one_bag_a_run_and_overwrites_nothing(tmp_path):

@@ -156,6 +156,17 @@ def test_every_message_from_the_first_to_the_last_is_in_the_bag(publish, record,
     assert np.abs(recording['displacement'].time - recording['temperature'].time).max() < 0.5
 
 
+def test_a_log_reader_that_dies_does_not_end_the_recording(publish, record, tmp_path):
+    recorder = record('--namespace', 'm1')
+    line(recorder, 'waiting')
+    recorder.stdout.close()
+    line(publish(500, 100, 'm1'), 'published')
+    recorder.send_signal(signal.SIGINT)
+    assert recorder.wait(30) == 0
+    assert recorder.stderr.read() == ''
+    assert len(read_bag(tmp_path / 'bag')['temperature']) == 100
+
+
 def test_a_recorder_killed_with_minus_nine_has_lost_at_most_its_last_second(publish, record, tmp_path):
     recorder = record('--namespace', '/m1/')
     publish(200, 100_000, 'm1')
