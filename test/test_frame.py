@@ -23,7 +23,7 @@ PACKAGE = ROOT / 'tcp_muscle_ros'
 # A room imports only from floors below its own; rooms on one floor do not know each other.
 FLOORS = [
     {'errors', 'streams', 'threads', 'yaml_text'},
-    {'muscle', 'recording', 'operating'},
+    {'muscle', 'recording', 'operating', 'outputs'},
     {'parameter_file', 'control', 'diagnosis'},
     {'intervals'},
     {'report', 'nodes'},

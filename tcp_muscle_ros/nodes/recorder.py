@@ -8,6 +8,7 @@ rest (at 1 kHz and six topics), and keep the time at which the middleware receiv
 import signal
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.outputs import writable_folder, writing
 from tcp_muscle_ros.recording.bag_writer import BagWriter, refuse_existing
 from tcp_muscle_ros.recording.recording import CHANNELS
 
@@ -50,20 +52,17 @@ def record(
 
     BadInput: `output` exists or cannot be written, no such namespace, or no message where a duration is given.
     """
-    output = refuse_existing(output)
+    output = writable_folder(refuse_existing(output))
     asked: list[int] = []
     handlers = {number: signal.signal(number, lambda *_: asked.append(1)) for number in (signal.SIGINT, signal.SIGTERM)}
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    recorder = None
-    try:
-        recorder = Recorder(output, namespace, use_sim_time, say)
-        recorder.run(duration, lambda: bool(asked))
-    finally:
-        if recorder is not None:
-            recorder.close()
-        rclpy.try_shutdown()
+    with ExitStack() as ending:  # each step is taken although one before it fails, as closing does on a full disk
         for number, handler in handlers.items():
-            signal.signal(number, handler)
+            ending.callback(signal.signal, number, handler)
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+        ending.callback(rclpy.try_shutdown)
+        recorder = Recorder(output, namespace, use_sim_time, say)
+        ending.callback(recorder.close)
+        recorder.run(duration, lambda: bool(asked))
     return 0
 
 
@@ -110,7 +109,8 @@ class Recorder:
                 lacking = 'on /clock' if self._before_clock else f'under {self._namespace}'
                 raise BadInput(f'no message {lacking} within {now - begun:.0f} s{self._elsewhere()}')
             if self._bag is not None and now - flushed >= _FLUSH_S:
-                self._bag.flush()
+                with self._writing():
+                    self._bag.flush()
                 flushed = now
             if now - looked >= _LOOK_S:
                 self._look_at_publishers()
@@ -153,17 +153,20 @@ class Recorder:
                 self._before_clock.append((topic, payload))
 
     def _write(self, topic: str, payload: bytes, log_time_ns: int) -> None:
-        if self._bag is None:
-            self._bag = BagWriter(self._output)
-        if topic not in self._bag.counts:
-            kind = self._types[topic]
-            self._bag.add_topic(topic, f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}')
-            self._say(f'recording {topic}')
-        try:
+        with self._writing():
+            if self._bag is None:
+                self._bag = BagWriter(self._output)
+            new = topic not in self._bag.counts
+            if new:
+                kind = self._types[topic]
+                self._bag.add_topic(topic, f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}')
             self._bag.write_serialized(topic, payload, log_time_ns)
-        except OSError as error:
-            raise BadInput(f'{self._output}: cannot be written any more ({error.strerror})') from None
         self._count += 1
+        if new:
+            self._say(f'recording {topic}')
+
+    def _writing(self) -> AbstractContextManager[None]:
+        return writing(self._output, '; what was written until then is kept')
 
     def _look_at_publishers(self) -> None:
         """A publisher that offers only best effort is taken as such; one of another type is said to be left out."""
@@ -194,11 +197,14 @@ class Recorder:
 
     def close(self) -> None:
         """Finish the bag."""
-        if self._bag is not None:
-            self._bag.close()
-            self._say(f'{self._count} messages on {len(self._bag.counts)} topics in {self._output}')
-            self._bag = None
-        self._node.destroy_node()
+        bag, self._bag = self._bag, None
+        try:
+            if bag is not None:
+                with self._writing():
+                    bag.close()
+                self._say(f'{self._count} messages on {len(bag.counts)} topics in {self._output}')
+        finally:
+            self._node.destroy_node()
 
 
 def _unused(_: object) -> None:

@@ -65,6 +65,20 @@ for publisher in everyone:
 print('published', flush=True)
 time.sleep(600)
 """
+# The tool on a disk that is full once the recorder comes to that method: FULL % (method, bytes that a file may have).
+FULL = """
+import resource, signal, sys
+from tcp_muscle_ros import tool
+from tcp_muscle_ros.nodes.recorder import Recorder
+whole = Recorder.%s
+def full(self, *arguments):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (%d, resource.RLIM_INFINITY))
+    return whole(self, *arguments)
+Recorder.%s = full
+code = tool.main(sys.argv[1:])
+assert signal.getsignal(signal.SIGINT) is signal.default_int_handler, 'the handlers were not given back'
+sys.exit(code)
+"""
 TOPICS = {'displacement', 'current', 'displacement_setpoint', 'temperature', 'joint_states'}
 
 
@@ -167,6 +181,26 @@ def test_a_log_reader_that_dies_does_not_end_the_recording(publish, record, tmp_
     assert len(read_bag(tmp_path / 'bag')['temperature']) == 100
 
 
+@pytest.mark.parametrize(('method', 'size'), [('run', 100_000), ('close', 1)])
+def test_a_full_disk_is_one_line_and_what_was_recorded_is_kept(start, publish, tmp_path, method, size):
+    bag = tmp_path / 'bag'
+    recorder = start('-c', FULL % (method, size, method), 'record', '--output', bag)
+    line(recorder, 'waiting')
+    publisher = publish(500, 1000, '/')
+    if method == 'close':
+        line(publisher, 'published')
+        wait_for(lambda: bag_size(bag) > 100_000, 'recording')
+        recorder.send_signal(signal.SIGINT)
+    _, error = recorder.communicate(timeout=30)
+    assert recorder.returncode == 2, error
+    assert error == (
+        f'tcp_muscle record: {bag}: cannot be written (File too large); what was written until then is kept\n'
+    )
+    recording = read_bag(bag)
+    assert any('was not closed' in note for note in recording.notes)
+    assert len(recording['temperature']) > 100
+
+
 def test_a_recorder_killed_with_minus_nine_has_lost_at_most_its_last_second(publish, record, tmp_path):
     recorder = record('--namespace', '/m1/')
     publish(200, 100_000, 'm1')
@@ -253,7 +287,11 @@ def test_stopped_before_the_first_message_no_bag_is_written(record, tmp_path):
 
 @pytest.mark.parametrize(
     ('arguments', 'says'),
-    [(['--namespace', 'no good'], '--namespace no good: '), (['--output', '.'], 'exists already')],
+    [
+        (['--namespace', 'no good'], '--namespace no good: '),
+        (['--output', '.'], 'exists already'),
+        (['--output', f'{__file__}/bag'], f'{__file__} is a file; expected a folder'),
+    ],
 )
 def test_bad_arguments_are_one_line(record, arguments, says):
     recorder = record(*arguments)
