@@ -71,8 +71,9 @@ class Callbacks(threading.Thread):
     def end(self) -> None:
         """Return when the last callback has. (Shutting an executor down under its own spin makes that one fail.)"""
         self._ended = True
-        self._executor.create_task(lambda: None)
-        self.join(1.0)
+        if self.is_alive():  # a signal may come before it was started
+            self._executor.create_task(lambda: None)
+            self.join(1.0)
         self._executor.shutdown(timeout_sec=1.0)
 
 

@@ -98,3 +98,15 @@ def test_an_input_refused_while_the_diagnostics_are_made_ends_nothing(bench):
     bench.until(lambda: len(told()) > 1, 'no diagnostics', 120.0)
     assert program.end(signal.SIGINT) == 0, program.said()
     bench.forget(diagnostics)
+
+
+def test_a_signal_before_the_callbacks_run_ends_with_0(bench):
+    early = """
+import gc, os, signal
+from tcp_muscle_ros.nodes import sim_node
+gc.freeze = lambda: os.kill(os.getpid(), signal.SIGINT)
+raise SystemExit(sim_node.main(['sim_node', '--ros-args', '-r', '__ns:=/early', '--log-level', 'error']))
+"""
+    program = bench.run(['-c', early], 'early')
+    assert program.process.wait(120) == 0, program.said()
+    assert program.said() == ''
