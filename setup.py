@@ -61,8 +61,8 @@ setup(
     },
     entry_points={
         'console_scripts': [
-            'sim_node = tcp_muscle_ros.nodes.sim_node:main',
-            'controller_node = tcp_muscle_ros.nodes.controller_node:main',
+            'sim_node = tcp_muscle_ros.nodes.entry:sim_node',
+            'controller_node = tcp_muscle_ros.nodes.entry:controller_node',
             'tcp_muscle = tcp_muscle_ros.tool:main',
         ],
     },

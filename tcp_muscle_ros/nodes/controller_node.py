@@ -1,5 +1,10 @@
 """Displacements or angles in, currents out: a position controller for one muscle or for several, simulated or real."""
 
+if __name__ == '__main__':  # python -m: before the rest is loaded, see entry.py
+    from tcp_muscle_ros.nodes.entry import end_quietly_when_asked
+
+    end_quietly_when_asked()
+
 from collections.abc import Callable, Sequence
 
 from sensor_msgs.msg import JointState

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+if __name__ == '__main__':  # python -m: before the rest is loaded, see entry.py
+    from tcp_muscle_ros.nodes.entry import end_quietly_when_asked
+
+    end_quietly_when_asked()
+
 from collections.abc import Sequence
 from typing import Any
 

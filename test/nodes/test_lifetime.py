@@ -1,6 +1,9 @@
 """How a process ends when something in it breaks: with the current off, and an exit code that says so."""
 
+import os
 import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -98,6 +101,34 @@ def test_an_input_refused_while_the_diagnostics_are_made_ends_nothing(bench):
     bench.until(lambda: len(told()) > 1, 'no diagnostics', 120.0)
     assert program.end(signal.SIGINT) == 0, program.said()
     bench.forget(diagnostics)
+
+
+# Loaded by Python before all else: a signal comes as soon as rclpy is asked for.
+WHILE_LOADING = """
+import os, signal, sys
+class Signal:
+    def find_spec(self, name, *_):
+        if name == 'rclpy':
+            os.kill(os.getpid(), signal.%s)
+sys.meta_path.insert(0, Signal())
+"""
+
+
+@pytest.mark.parametrize('number', ['SIGINT', 'SIGTERM'])
+@pytest.mark.parametrize('node', ['sim_node', 'controller_node'])
+@pytest.mark.parametrize('how', ['module', 'program'])
+def test_a_signal_while_modules_are_loaded_ends_with_0(tmp_path, number, node, how):
+    (tmp_path / 'sitecustomize.py').write_text(WHILE_LOADING % number)
+    program = f'import sys; from tcp_muscle_ros.nodes.entry import {node}; sys.exit({node}())'
+    done = subprocess.run(
+        [sys.executable, *(['-m', f'tcp_muscle_ros.nodes.{node}'] if how == 'module' else ['-c', program])],
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join([str(tmp_path), *filter(None, sys.path)])},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, '', '')
 
 
 def test_a_signal_before_the_callbacks_run_ends_with_0(bench):
