@@ -19,6 +19,18 @@ def writable_folder(path: str | Path) -> Path:
     return path
 
 
+def writable_file(path: str | Path) -> Path:
+    """The path of a file that is still to be written. BadInput where that is not possible."""
+    path = Path(path)
+    if path.is_dir():
+        raise BadInput(f'{path}: is a folder; expected the name of a file')
+    if not path.parent.is_dir():
+        raise BadInput(f'{path}: its folder does not exist')
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise BadInput(f'{path}: cannot be written')
+    return path
+
+
 @contextmanager
 def writing(path: str | Path, kept: str = '') -> Iterator[None]:
     """What the system says against writing there, as BadInput; ``kept`` is what is not lost for all that."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
@@ -28,23 +29,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fit, print the table, write the parameter file and its intervals."""
-    from pathlib import Path
-
     from tcp_muscle_ros.commands.model_arguments import read_experiments
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.diagnosis.calibration import calibrate
     from tcp_muscle_ros.diagnosis.unknowns import SEPARABLE
     from tcp_muscle_ros.errors import BadInput, nearest
-    from tcp_muscle_ros.intervals import write_intervals
+    from tcp_muscle_ros.intervals import path_beside, write_intervals
+    from tcp_muscle_ros.outputs import writable_file, writing
     from tcp_muscle_ros.parameter_file import read, write
     from tcp_muscle_ros.report.tables import calibration_note, calibration_table
 
     for name in args.separate:
         if name not in SEPARABLE:
             raise BadInput(f'--separate {name}: expected one of {", ".join(SEPARABLE)}{nearest(name, SEPARABLE)}')
-    output = Path(args.output)
-    if not output.parent.is_dir():
-        raise BadInput(f'{output}: its folder does not exist')
+    output = writable_file(args.output)
+    writable_file(path_beside(output))
+    if output.resolve() in (Path(bag).resolve() for bag in args.bags):
+        raise BadInput(f'{output}: is a recording, and nothing that was recorded is overwritten; give another --output')
     nominal = read(args.params)
     experiments = read_experiments(args, args.bags, _MOST)
     with Progress('calibrating') as progress:
@@ -53,13 +54,10 @@ def run(args: argparse.Namespace) -> int:
         for note in experiment.notes:
             print(f'note: {experiment.name}: {note}')
     print(calibration_table(calibration))
-    write(
-        output,
-        calibration.parameters,
-        operating=nominal.operating,
-        heading=(f'Calibrated by tcp_muscle calibrate on {len(experiments)} recording(s), from {args.params}.',),
-        note=calibration_note(calibration),
-    )
-    write_intervals(output, calibration)
+    heading = f'Calibrated by tcp_muscle calibrate on {len(experiments)} recording(s), from {args.params}.'
+    says = calibration_note(calibration)
+    with writing(output):
+        write(output, calibration.parameters, operating=nominal.operating, heading=(heading,), note=says)
+        write_intervals(output, calibration)
     print(f'{output}: loads into sim_node and replay; its intervals are beside it')
     return 0

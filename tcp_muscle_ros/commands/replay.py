@@ -22,13 +22,19 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.commands.model_arguments import read_experiments
     from tcp_muscle_ros.diagnosis.replaying import replay
     from tcp_muscle_ros.intervals import variants
+    from tcp_muscle_ros.outputs import writable_folder, writing
     from tcp_muscle_ros.parameter_file import read
     from tcp_muscle_ros.recording.bag_writer import refuse_existing
     from tcp_muscle_ros.report.overlay import write_overlay
     from tcp_muscle_ros.report.tables import comparison_table
 
     if args.output:
-        refuse_existing(args.output)
+        writable_folder(refuse_existing(args.output))
+    if args.figure:
+        from tcp_muscle_ros.report.comparison import draw_comparison
+        from tcp_muscle_ros.report.style import picture_path
+
+        picture_path(args.figure)
     parameters = read(args.params).parameters
     (experiment,) = read_experiments(args, [args.bag])
     compared = replay(experiment, parameters, variants(args.params, parameters))
@@ -36,11 +42,11 @@ def run(args: argparse.Namespace) -> int:
         print(f'note: {note}')
     print(comparison_table(compared))
     if args.output:
-        write_overlay(args.output, experiment, compared)
+        with writing(args.output):
+            write_overlay(args.output, experiment, compared)
         print(f'{args.output}: /recorded and /predicted')
     if args.figure:
-        from tcp_muscle_ros.report.comparison import draw_comparison
-
-        draw_comparison(args.figure, experiment, compared)
+        with writing(args.figure):
+            draw_comparison(args.figure, experiment, compared)
         print(f'{args.figure}: recorded against predicted')
     return 0

@@ -1,5 +1,6 @@
 """One look for every figure: colour-blind-safe colours (Okabe & Ito 2008), units on every axis, no display needed."""
 
+from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -8,9 +9,12 @@ matplotlib.use('Agg')
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.outputs import writable_file
 
 RECORDED, PREDICTED, IMPROVED, SETPOINT, DRIVE = '#000000', '#D55E00', '#0072B2', '#009E73', '#CC79A7'
 BEFORE, AFTER, HEATING, COOLING, LOAD, OTHER = PREDICTED, IMPROVED, '#D55E00', '#56B4E9', '#009E73', '#888888'
@@ -63,6 +67,14 @@ def _plain(axes: list[Axes]) -> None:
     for axis in axes:
         axis.grid(alpha=0.25, linewidth=0.6)
         axis.spines[['top', 'right']].set_visible(False)
+
+
+def picture_path(path: str | Path) -> Path:
+    """The path of a picture that is still to be drawn. BadInput where that is not possible."""
+    path = writable_file(path)
+    if path.suffix.lower()[1:] not in FigureCanvasBase.get_supported_filetypes():
+        raise BadInput(f'{path}: no kind of picture; expected {path.with_suffix(".png").name}, or .pdf, .svg, .jpg')
+    return path
 
 
 def save(figure: Figure, path: object) -> None:

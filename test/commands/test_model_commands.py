@@ -39,9 +39,11 @@ def tool(*arguments):
     return done.returncode, done.stdout, done.stderr
 
 
-def refused(*arguments):
-    code, _, errors = tool(*arguments)
+def refused(*arguments, printed=''):
+    """The one line against it; nothing was printed before, unless the mistake shows itself only after the work."""
+    code, out, errors = tool(*arguments)
     assert code == 2, errors
+    assert out.startswith(printed) and (printed or not out), out
     lines = errors.strip().splitlines()
     assert len(lines) == 1, errors
     assert 'Traceback' not in errors
@@ -134,3 +136,36 @@ def test_missing_and_existing_files_are_one_line(made, tmp_path):
     )
     (tmp_path / 'empty.mcap').write_bytes(b'')
     assert 'empty.mcap' in refused('replay', tmp_path / 'empty.mcap', '--params', 'karami_tadesse_2017')
+
+
+@pytest.mark.parametrize(
+    ('option', 'line'),
+    [
+        (['calibrate', '--output', '.'], '.: is a folder; expected the name of a file'),
+        (['calibrate', '--output', 'taken.yaml'], 'taken.intervals.json: is a folder; expected the name of a file'),
+        (['calibrate', '--output', 'run.mcap', 'run.mcap'], 'run.mcap: is a recording'),
+        (['replay', '--figure', 'nowhere/x.png'], 'nowhere/x.png: its folder does not exist'),
+        (['replay', '--figure', 'x.foo'], 'x.foo: no kind of picture; expected x.png, or .pdf'),
+        (['replay', '--figure', 'x'], 'x: no kind of picture; expected x.png, or .pdf'),
+        (['replay', '--output', 'run.mcap/bag'], 'run.mcap is a file; expected a folder'),
+    ],
+    ids=lambda words: ' '.join(words) if isinstance(words, list) else '',
+)
+def test_where_nothing_can_be_written_is_said_before_the_work(made, tmp_path, monkeypatch, option, line):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('PYTHONPATH', ':'.join(filter(None, sys.path)))
+    (tmp_path / 'taken.intervals.json').mkdir()
+    (tmp_path / 'run.mcap').write_bytes(next((made / 'plain').glob('*.mcap')).read_bytes())
+    command, *more = option
+    params = ['--params', 'karami_tadesse_2017']
+    assert line in refused(command, *([] if 'run.mcap' in more[2:] else [made / 'plain']), *more, *params)
+
+
+def test_a_disk_that_is_full_at_the_end_is_one_line(made, tmp_path):
+    for name in ('full.yaml', 'full.png'):
+        (tmp_path / name).symlink_to('/dev/full')
+    said = refused('calibrate', made / 'noisy', '--output', tmp_path / 'full.yaml', printed='parameter')
+    assert said.endswith('full.yaml: cannot be written (No space left on device)')
+    params, figure = ['--params', 'karami_tadesse_2017'], ['--figure', tmp_path / 'full.png']
+    said = refused('replay', made / 'plain', *params, *figure, printed='channel')
+    assert 'full.png: cannot be written (' in said
