@@ -14,7 +14,7 @@ LAUNCH_FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
 
 def programs():
     """The names of the console scripts that setup.py makes."""
-    return set(re.findall(r"'(\w+) = tcp_muscle_ros[\w.]*:main'", (ROOT / 'setup.py').read_text(encoding='utf-8')))
+    return set(re.findall(r"'(\w+) = tcp_muscle_ros[\w.]*:\w+'", (ROOT / 'setup.py').read_text(encoding='utf-8')))
 
 
 def load(path):

@@ -1,9 +1,11 @@
 """How a process ends when something in it breaks: with the current off, and an exit code that says so."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray
 
+ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.processes
 
 # sim_node with a fault of ours in it, that comes once current flows.
@@ -119,7 +122,8 @@ sys.meta_path.insert(0, Signal())
 @pytest.mark.parametrize('how', ['module', 'program'])
 def test_a_signal_while_modules_are_loaded_ends_with_0(tmp_path, number, node, how):
     (tmp_path / 'sitecustomize.py').write_text(WHILE_LOADING % number)
-    program = f'import sys; from tcp_muscle_ros.nodes.entry import {node}; sys.exit({node}())'
+    module, function = re.search(rf"'{node} = ([\w.]+):(\w+)'", (ROOT / 'setup.py').read_text()).groups()
+    program = f'import sys; from {module} import {function}; sys.exit({function}())'
     done = subprocess.run(
         [sys.executable, *(['-m', f'tcp_muscle_ros.nodes.{node}'] if how == 'module' else ['-c', program])],
         env={**os.environ, 'PYTHONPATH': os.pathsep.join([str(tmp_path), *filter(None, sys.path)])},
