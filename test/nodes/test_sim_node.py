@@ -178,8 +178,10 @@ def test_parameters_can_be_looked_at_and_changed_while_it_runs(bench, sim):
         begun = time.monotonic()
         assert change(hA=1.0).successful
         bench.until(lambda: sim.temperature.last.temperature < 24.5, 'the change is not felt')
-        seen = [message.temperature for message in sim.temperature.since(begun)]
-        assert max(abs(b - a) for a, b in pairwise(seen)) < 0.2, 'the state jumped'
+        seen = [(stamp(message) * 1e-9, message.temperature) for message in sim.temperature.since(begun)]
+        fastest = max(abs((b - a) / (then - at)) for (at, a), (then, b) in pairwise(seen))
+        # What hA = 1 W/K takes from the hottest that was seen; heating adds less, and a state that is lost 600 K/s.
+        assert fastest < 1.1 * (max(b for _, b in seen) - 23.0) / Parameters.named('karami_tadesse_2017')['C'], 'a jump'
         assert change(hA=0.01933).successful
     values = sim.call(GetParameters, 'get_parameters', names=['hA']).values
     assert values[0].double_value == 0.01933
@@ -282,11 +284,25 @@ def test_the_seed_alone_decides_the_noise(bench):
 def test_a_real_time_factor_sets_the_pace(bench):
     sim = Muscles(bench, 'paced', numbers=(), real_time_factor=5.0).speaking()
     bench.until(lambda: len(sim.joints) > 50, 'too few ticks')
-    came, message = sim.joints[20]
-    bench.until(lambda: stamp(sim.joints.last) - stamp(message) > 10e9, 'too slow')
-    pace = (stamp(sim.joints.last) - stamp(message)) * 1e-9 / (sim.joints[-1][0] - came)
-    assert 2.5 < pace < 5.2  # a busy machine may make it slower, never faster
+    begun = len(sim.joints)
+    bench.until(lambda: stamp(sim.joints.last) - stamp(sim.joints[begun - 1][1]) > 5e9, 'too slow')
+    bench.until(lambda: best_pace(sim.joints[begun:]) > 2.5, 'no second of it is hurried')
     sim.end()
+    heard = sim.joints[:]
+    (came, first), (ended, last) = heard[begun], heard[-1]
+    # A busy machine may make it slower, never faster: but the first may have come late, by no more than we were silent,
+    # and what was lost in less than 0.1 s is run after.
+    pause = max(b - a for (a, _), (b, _) in pairwise(heard))
+    assert (stamp(last) - stamp(first)) * 1e-9 <= 5.0 * (ended - came + 0.1 + pause)
+
+
+def best_pace(heard):
+    """The fastest that about one second of stamps went by."""
+    marks = []
+    for came, message in heard:
+        if not marks or stamp(message) - marks[-1][1] >= 10**9:
+            marks.append((came, stamp(message)))
+    return max(((then - at) * 1e-9 / (b - a) for (a, at), (b, then) in pairwise(marks)), default=0.0)
 
 
 def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
