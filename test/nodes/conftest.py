@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from contextlib import contextmanager
+from itertools import dropwhile, pairwise
 
 import pytest
 
@@ -72,7 +73,7 @@ class Heard(list):
         return self[-1][1]
 
     def since(self, moment):
-        return [message for came, message in self if came >= moment]
+        return [message for came, message in self[:] if came >= moment]
 
     def flowing_for(self, moment, rate=100.0):
         """For how long after the moment (s) a current was still decided, by the node's own ticks.
@@ -80,6 +81,15 @@ class Heard(list):
         Ticks and not the wall's time: where the whole machine stands still, the node does too.
         """
         return sum(message.data > 0.0 for message in self.since(moment)) / rate
+
+    def pause(self, moment):
+        """The longest silence (s) around the moment and since: what the machine may have held up, messages or us."""
+        came = [came for came, _ in self[:]]
+        return max((b - a for a, b in pairwise(came) if b > moment - 1.0), default=0.0)
+
+    def from_zero(self, moment):
+        """What came since the moment, from the first zero on: before it there may be what was under way."""
+        return [message.data for message in dropwhile(lambda message: message.data != 0.0, self.since(moment))]
 
 
 class Bench:
