@@ -79,6 +79,21 @@ code = tool.main(sys.argv[1:])
 assert signal.getsignal(signal.SIGINT) is signal.default_int_handler, 'the handlers were not given back'
 sys.exit(code)
 """
+# The recorder, which tells a second file, that no buffer holds back, of each message that it has written: its topic,
+# when it was received and when it was written: record.py TOLD ARGUMENTS...
+RECORDER = """
+import os, sys, time
+from tcp_muscle_ros.recording.bag_writer import BagWriter
+from tcp_muscle_ros.tool import main
+told = os.open(sys.argv[1], os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+write = BagWriter.write_serialized
+def write_and_tell(self, topic, payload, received):
+    now = time.time_ns()
+    write(self, topic, payload, received)
+    os.write(told, f'{topic} {received} {now}\\n'.encode())
+BagWriter.write_serialized = write_and_tell
+raise SystemExit(main(['record', *sys.argv[2:]]))
+"""
 TOPICS = {'displacement', 'current', 'displacement_setpoint', 'temperature', 'joint_states'}
 
 
@@ -126,6 +141,19 @@ def record(start, tmp_path):
     return lambda *arguments: start('-m', 'tcp_muscle_ros.tool', 'record', '--output', tmp_path / 'bag', *arguments)
 
 
+@pytest.fixture
+def record_and_tell(start, tmp_path):
+    return lambda *arguments: start('-c', RECORDER, tmp_path / 'told', '--output', tmp_path / 'bag', *arguments)
+
+
+def told(folder, topic=''):
+    """What a recorder has told of a topic, or of all: (int64[n] received, int64[n] written), ns."""
+    whole, _, _ = (folder / 'told').read_text().rpartition('\n') if (folder / 'told').exists() else ('', '', '')
+    rows = [line.split() for line in whole.splitlines() if line.startswith(f'{topic} ' if topic else '/')]
+    received, written = np.array([row[1:] for row in rows], dtype=np.int64).reshape(-1, 2).T
+    return received, written
+
+
 def wait_for(condition, what, seconds=60.0):
     deadline = time.monotonic() + seconds
     while not condition():
@@ -141,10 +169,6 @@ def line(process, begins):
     raise AssertionError(f'{begins!r} never came; it said on stderr: {process.stderr.read()}')
 
 
-def bag_size(bag):
-    return sum(path.stat().st_size for path in bag.glob('*.mcap'))
-
-
 @pytest.mark.parametrize('how', [signal.SIGINT, signal.SIGTERM])
 def test_every_message_from_the_first_to_the_last_is_in_the_bag(publish, record, tmp_path, how):
     recorder = record('--namespace', 'm1')
@@ -156,18 +180,26 @@ def test_every_message_from_the_first_to_the_last_is_in_the_bag(publish, record,
     out, error = recorder.communicate(timeout=30)
     assert (recorder.returncode, error) == (0, '')
     assert '7500 messages on 5 topics' in out
+    came = {f'/m1/{topic}': [] for topic in TOPICS}
     with AnyReader([tmp_path / 'bag'], default_typestore=get_typestore(Stores.EMPTY)) as reader:
-        assert {c.topic: c.msgcount for c in reader.connections} == {f'/m1/{topic}': 1500 for topic in TOPICS}
-        for connection, _, raw in reader.messages():
+        assert {c.topic: c.msgcount for c in reader.connections} == dict.fromkeys(came, 1500)
+        for connection, log_time, raw in reader.messages():
             reader.deserialize(raw, connection.msgtype)
+            came[connection.topic].append(log_time)
     recording = read_bag(tmp_path / 'bag')
     assert recording.notes == ()
     np.testing.assert_array_equal(recording['displacement'].value, np.arange(1500) * 1e-6)
     np.testing.assert_allclose(recording['temperature'].value, 293.15 + np.arange(1500), rtol=1e-15)
-    # the unstamped messages found their ticks, but for the few that the system delivered late
-    on_their_tick = np.isin(recording['displacement'].time, recording['temperature'].time)
-    assert on_their_tick.mean() > 0.9
-    assert np.abs(recording['displacement'].time - recording['temperature'].time).max() < 0.5
+    # An unstamped message has the time of its tick where the system delivered that tick at once and apart from others;
+    # what becomes of those that it delivered late is told from log times that are made (test_bag.py).
+    displacement, tick = recording['displacement'].time, recording['temperature'].time
+    assert np.all(np.diff(displacement) > 0.0)
+    logged = np.array([came[f'/m1/{topic}'] for topic in ('displacement', 'temperature', 'joint_states')])
+    first, last, period = logged.min(axis=0), logged.max(axis=0), 1e9 * np.median(np.diff(tick))
+    apart = first[1:] - last[:-1] > 0.75 * period
+    clear = 1 + np.flatnonzero(apart[:-1] & apart[1:] & (last - first < 0.25 * period)[1:-1])
+    assert clear.size > 0
+    np.testing.assert_array_equal(displacement[clear], tick[clear])
 
 
 def test_a_log_reader_that_dies_does_not_end_the_recording(publish, record, tmp_path):
@@ -201,35 +233,35 @@ def test_a_full_disk_is_one_line_and_what_was_recorded_is_kept(start, publish, t
     assert len(recording['temperature']) > 100
 
 
-def test_a_recorder_killed_with_minus_nine_has_lost_at_most_its_last_second(publish, record, tmp_path):
-    recorder = record('--namespace', '/m1/')
+def test_a_recorder_killed_with_minus_nine_has_lost_at_most_its_last_second(publish, record_and_tell, tmp_path):
+    recorder = record_and_tell('--namespace', '/m1/')
     publish(200, 100_000, 'm1')
-    wait_for(lambda: bag_size(tmp_path / 'bag') > 100_000, 'recording')
+    wait_for(lambda: told(tmp_path)[1].size and np.ptp(told(tmp_path)[1]) > 1.9e9, 'recording')
     os.kill(recorder.pid, signal.SIGKILL)
-    killed = time.time()
     recorder.wait()
     recording = read_bag(tmp_path / 'bag')
     assert any('was not closed' in note for note in recording.notes)
-    for name in ('displacement', 'temperature', 'current'):
-        last = recording.start_ns * 1e-9 + recording[name].time[-1]
-        assert 0 <= killed - last < 1.0, name
-        assert recording[name].time[0] < 0.1
+    for name, first in (('displacement', 0.0), ('temperature', 293.15), ('current', 0.0)):
+        received, written = told(tmp_path, f'/m1/{name}')
+        assert recording[name].value[0] == first
+        lost = written[len(recording[name]) :]
+        assert lost.size == 0 or (lost[-1] - lost[0]) * 1e-9 < 1.0, name
+        assert np.median(written - received) < 0.1e9, 'what has come waits to be written'
     steps = np.round(np.diff(recording['displacement'].value) * 1e6)
     assert set(steps) == {1.0}
 
 
-def test_a_duration_counts_from_the_first_message_and_topics_may_join_late(publish, record, tmp_path):
-    recorder = record('--duration', '4')
+def test_a_duration_counts_from_the_first_message_and_topics_may_join_late(publish, record_and_tell, tmp_path):
+    recorder = record_and_tell('--duration', '2')
     line(recorder, 'waiting')
     publish(100, 100_000, 'other')  # not in the namespace that is recorded
     publish(100, 100_000, '/')
-    line(recorder, 'recording')
-    begun = time.monotonic()
-    _, error = recorder.communicate(timeout=30)
+    _, error = recorder.communicate(timeout=60)
     assert (recorder.returncode, error) == (0, '')
-    assert 3.5 < time.monotonic() - begun < 7
     recording = read_bag(tmp_path / 'bag')
-    assert recording.duration == pytest.approx(4, abs=0.5)
+    # Nobody spoke, or the recorder was held up, for so long; that may come at the beginning and at the end.
+    pause = max(np.diff(np.sort(moments)).max() for moments in told(tmp_path)) * 1e-9
+    assert recording.duration == pytest.approx(2.0, abs=0.1 + 2.0 * pause)
     assert {channel.topic for channel in recording.channels.values()} <= {f'/{t}' for t in TOPICS}
 
 
