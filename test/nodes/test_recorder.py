@@ -80,18 +80,21 @@ assert signal.getsignal(signal.SIGINT) is signal.default_int_handler, 'the handl
 sys.exit(code)
 """
 # The recorder, which tells a second file, that no buffer holds back, of each message that it has written: its topic,
-# when it was received and when it was written: record.py TOLD ARGUMENTS...
+# when it was received and when it was written; and of when the bag was closed: record.py TOLD ARGUMENTS...
 RECORDER = """
 import os, sys, time
 from tcp_muscle_ros.recording.bag_writer import BagWriter
 from tcp_muscle_ros.tool import main
 told = os.open(sys.argv[1], os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-write = BagWriter.write_serialized
+write, close = BagWriter.write_serialized, BagWriter.close
 def write_and_tell(self, topic, payload, received):
     now = time.time_ns()
     write(self, topic, payload, received)
     os.write(told, f'{topic} {received} {now}\\n'.encode())
-BagWriter.write_serialized = write_and_tell
+def close_and_tell(self):
+    os.write(told, f'closed 0 {time.time_ns()}\\n'.encode())
+    close(self)
+BagWriter.write_serialized, BagWriter.close = write_and_tell, close_and_tell
 raise SystemExit(main(['record', *sys.argv[2:]]))
 """
 TOPICS = {'displacement', 'current', 'displacement_setpoint', 'temperature', 'joint_states'}
@@ -147,7 +150,7 @@ def record_and_tell(start, tmp_path):
 
 
 def told(folder, topic=''):
-    """What a recorder has told of a topic, or of all: (int64[n] received, int64[n] written), ns."""
+    """What a recorder has told of a topic, of all topics, or 'closed': (int64[n] received, int64[n] written), ns."""
     whole, _, _ = (folder / 'told').read_text().rpartition('\n') if (folder / 'told').exists() else ('', '', '')
     rows = [line.split() for line in whole.splitlines() if line.startswith(f'{topic} ' if topic else '/')]
     received, written = np.array([row[1:] for row in rows], dtype=np.int64).reshape(-1, 2).T
@@ -259,9 +262,13 @@ def test_a_duration_counts_from_the_first_message_and_topics_may_join_late(publi
     _, error = recorder.communicate(timeout=60)
     assert (recorder.returncode, error) == (0, '')
     recording = read_bag(tmp_path / 'bag')
-    # Nobody spoke, or the recorder was held up, for so long; that may come at the beginning and at the end.
-    pause = max(np.diff(np.sort(moments)).max() for moments in told(tmp_path)) * 1e-9
-    assert recording.duration == pytest.approx(2.0, abs=0.1 + 2.0 * pause)
+    with AnyReader([tmp_path / 'bag'], default_typestore=get_typestore(Stores.EMPTY)) as reader:
+        lasted = reader.duration * 1e-9
+    received, written = told(tmp_path)
+    assert (told(tmp_path, 'closed')[1][0] - written[0]) * 1e-9 > 1.99, 'it ended early'
+    # Who waits for the processor, at the beginning and at the end, is a little late.
+    pause = 1e-9 * max(np.diff(np.sort(received)).max(), np.diff(written).max(), (written - received).max())
+    assert lasted < 2.1 + 2.0 * pause
     assert {channel.topic for channel in recording.channels.values()} <= {f'/{t}' for t in TOPICS}
 
 
