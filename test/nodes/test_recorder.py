@@ -149,6 +149,10 @@ def record_and_tell(start, tmp_path):
     return lambda *arguments: start('-c', RECORDER, tmp_path / 'told', '--output', tmp_path / 'bag', *arguments)
 
 
+def bag_size(bag):
+    return sum(path.stat().st_size for path in bag.glob('*.mcap'))
+
+
 def told(folder, topic=''):
     """What a recorder has told of a topic, of all topics, or 'closed': (int64[n] received, int64[n] written), ns."""
     whole, _, _ = (folder / 'told').read_text().rpartition('\n') if (folder / 'told').exists() else ('', '', '')
