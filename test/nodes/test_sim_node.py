@@ -327,6 +327,13 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
         ]
         return found[-1] if found else {}
 
+    def has_heard(condition, otherwise):
+        def heard():
+            advance(0.0)  # a clock goes on speaking: of its messages, which nobody acknowledges, one may be lost
+            return condition()
+
+        bench.until(heard, otherwise)
+
     bench.until(clock.get_subscription_count, 'it does not listen to /clock')
     while not sim.joints:
         advance()
@@ -338,7 +345,7 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
     steady = now[0]  # until here it may have been catching up with what it met late
     for _ in range(40):
         advance()
-    bench.until(lambda: stamp(sim.joints.last) > (now[0] - 0.03) * 1e9, 'it falls behind')
+    has_heard(lambda: stamp(sim.joints.last) > (now[0] - 0.03) * 1e9, 'it falls behind')
     stamps = sorted({stamp(message) for _, message in sim.joints if stamp(message) > steady * 1e9})
     apart = [b - a for a, b in pairwise(stamps)]
     assert apart.count(10_000_000) > 0.9 * len(apart), 'two ticks for each step of the clock'
@@ -347,10 +354,10 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
         before = sim.temperature.last.temperature
         advance(jump)
         landed = now[0]
-        bench.until(lambda: abs(stamp(sim.joints.last) * 1e-9 - now[0]) < 0.1, 'it does not go along')
+        has_heard(lambda: abs(stamp(sim.joints.last) * 1e-9 - now[0]) < 0.1, 'it does not go along')
         for _ in range(10):
             advance()
-        bench.until(lambda landed=landed: stamp(sim.joints.last) * 1e-9 > landed + 0.15, 'it stands still')
+        has_heard(lambda landed=landed: stamp(sim.joints.last) * 1e-9 > landed + 0.15, 'it stands still')
         assert 0.0 < sim.temperature.last.temperature - before < 1.5, 'nothing but the ticks counts'
         assert sim.current.last.data == 0.2
         bench.until(lambda counted=counted: int(facts().get('clock_jumps', 0)) > counted, 'not counted')
