@@ -11,6 +11,7 @@ from tcp_muscle_ros.diagnosis.candidates import without_effect
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
+from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 _STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
@@ -249,12 +250,13 @@ def _unlike(white: Sequence[Array]) -> Mask:
 def touched(before: Fit, after: Fit) -> frozenset[str] | None:
     """The channels that what ``after`` has more changes by itself; None for all.
 
-    Where it changes nothing the two models differ by how little the data fix of their other parameters.
+    Where it changes nothing the two models differ by how little the data fix of their other parameters. But what one
+    sensor reads wrong they take up, and the others pay for it: a sensor is asked for in all channels.
     """
     more = set(after.problem.parameters.effects) - set(before.problem.parameters.effects)
-    if len(more) != 1:
+    effect = more.pop() if len(more) == 1 else ''
+    if not effect or EFFECTS[effect].stage == 'sensor':
         return None
-    effect = more.pop()
     without = without_effect(after.problem, effect)
     kept = [k for k, u in enumerate(after.problem.unknowns) if not u.name.startswith(f'{effect}.')]
     shown = without.predictions(after.z[kept])
@@ -270,8 +272,7 @@ def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:
     """What unseen data say of a richer model, and which: other conditions where they confirm it or speak against it,
     else, where they say too little, other stretches of the same ones.
 
-    They are asked in the channels that it touches; in all, where there the two models hardly differ: what a thermometer
-    reads wrong, the other parameters take up, and stroke and resistance pay for it.
+    They are asked in the channels that it touches; in all, where there the two models hardly differ.
     """
     channels = touched(before, after)
     gain, kept_back = _asked(before, after, channels)

@@ -19,6 +19,7 @@ ALIKE = 0.06
 FORM = ALIKE**0.5  # of what an effect does: as far as its listed form is told from the muscle's own
 CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
 _FAR = 2.5  # times its usual strength: farther off is hardly ever a sensor that works
+_FAINT = 0.1  # of its usual strength: less, or the other way round, is hardly what is known of the fibre
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 _BEATEN = 0.003  # of the best rival's drop: a model that misses so much more is beaten
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
@@ -127,18 +128,21 @@ def rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
 def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     """The best model; among those that it does not beat, the simplest.
 
-    That is one that holds for all recordings alike, then a sensor (unless it is off as hardly any ever is) before
-    physics, then what is expected of the fibre, then the fewest parameters. In one stage, where form decides, a form
-    with more parameters follows another's by what it may bend: it must be more than alike to win. ``bare`` is the score
-    without any of them.
+    That is one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any ever
+    is, and physics as it is known would do), then what is expected of the fibre, then the fewest parameters. In one
+    stage, where form decides, a form with more parameters follows another's by what it may bend: it must be more than
+    alike to win. ``bare`` is the score without any of them.
     """
     best = min(r.score for r in rivals)
     close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
 
+    known = any(EFFECTS[r.effect].stage != 'sensor' and _strength(r) >= _FAINT for r in close)
+
     def order(rival: Rival) -> tuple[bool, int, bool, int, float]:
         effect = EFFECTS[rival.effect]
         own = any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
-        rank = 1 if effect.stage != 'sensor' else 2 if _far(rival) else 0
+        far = known and abs(_strength(rival)) > _FAR
+        rank = 1 if effect.stage != 'sensor' else 2 if far else 0
         return own, rank, effect.unexpected, len(effect.fitted), rival.score
 
     first = min(close, key=order)
@@ -147,9 +151,9 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     return min([first, *alike], key=order)
 
 
-def _far(rival: Rival) -> bool:
-    """Whether an effect is much stronger than it usually is."""
+def _strength(rival: Rival) -> float:
+    """Of an effect, in the strength that it usually has; of a circumstance, which has no usual sign, the size."""
     definition = EFFECTS[rival.effect]
     key = f'{rival.effect}.{definition.strength}'
-    usual = abs(SPECIFICATIONS[key].value - definition.none)
-    return abs(rival.fit.muscle[key] - definition.none) > _FAR * usual
+    strength = (rival.fit.muscle[key] - definition.none) / (SPECIFICATIONS[key].value - definition.none)
+    return abs(strength) if definition.circumstance else strength

@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.company import good_company
 from tcp_muscle_ros.diagnosis.fitting import fit
-from tcp_muscle_ros.diagnosis.holdout import HeldOut, conditions, improvement
+from tcp_muscle_ros.diagnosis.holdout import HeldOut, conditions, improvement, touched
 from tcp_muscle_ros.diagnosis.rivals import Rival, prefer, rivals_for
 from tcp_muscle_ros.diagnosis.selection import select
 from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise
@@ -123,6 +123,14 @@ def test_a_sensor_goes_before_physics_unless_it_is_off_as_none_is(softened):
     usual, far = (as_rival(softened, 'temperature_offset', 1100.0, o=o) for o in (0.8, 17.0))
     assert prefer([physics, usual], 100_000.0).effect == 'temperature_offset'
     assert prefer([physics, far], 100_000.0).effect == 'shear_softening'
+    for b in (0.02, -0.4):  # a twentieth of what is known of the fibre; the other way round
+        assert prefer([as_rival(softened, 'shear_softening', 1000.0, b=b), far], 100_000.0).effect == far.effect
+
+
+def test_unseen_data_are_asked_where_physics_acts_and_for_a_sensor_everywhere(softened):
+    """What a sensor reads wrong, the other parameters take up."""
+    assert touched(softened, as_rival(softened, 'load_stroke', 1000.0, b=0.3).fit) == {'displacement'}
+    assert touched(softened, as_rival(softened, 'temperature_offset', 1000.0, o=3.0).fit) is None
 
 
 def test_of_two_forms_that_are_alike_the_simpler_is_named(softened):

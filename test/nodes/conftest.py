@@ -61,6 +61,9 @@ class Program:
         return self.process.wait(20)
 
 
+FAILED = pytest.StashKey[bool]()
+
+
 class Heard(list):
     """The messages of one topic, each with the (steady) time at which it came."""
 
@@ -106,14 +109,18 @@ class Bench:
         self.programs = []
 
     def close(self):
-        for program in self.programs:
-            if program.process.poll() is None:
-                program.kill()
+        self.kill(self.programs)
         self.executor.shutdown()
         self.thread.join(60.0)
         if not self.thread.is_alive():  # else what it still waits on would be pulled from under it
             self.node.destroy_node()
         rclpy.try_shutdown(context=self.context)
+
+    def kill(self, programs):
+        """Those that still run; each of them takes its share of the machine from the tests that follow."""
+        for program in programs:
+            if program.process.poll() is None:
+                program.kill()
 
     def start(self, name, namespace, *more, **parameters):
         """A node of the package."""
@@ -192,6 +199,23 @@ def bench(tmp_path_factory):
     made = Bench(tmp_path_factory.mktemp('nodes'))
     yield made
     made.close()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    item.stash[FAILED] = item.stash.get(FAILED, False) or report.failed
+    return report
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_running_by_a_failure(request):
+    bench = request.getfixturevalue('bench') if 'bench' in request.fixturenames else None
+    before = list(bench.programs) if bench else []
+    request.node.stash[FAILED] = False
+    yield
+    if bench and request.node.stash[FAILED]:
+        bench.kill([program for program in bench.programs if program not in before])
 
 
 def pytest_collection_modifyitems(config, items):
