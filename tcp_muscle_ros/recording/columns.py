@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
 
 _SECOND_NS = 1_000_000_000
+_SOME = 10_001  # messages that tell how far two clocks are apart
 
 
 class _Growing:
@@ -32,13 +33,14 @@ class _Growing:
         return np.frombuffer(self._bytes, self._dtype)
 
 
-def _following(stamp: Index, log: Index) -> Index:
-    """Of each message the next stamp in the order of the log that is not 0 (behind the last, the last)."""
-    order = np.argsort(log, kind='stable')
-    good = np.flatnonzero(stamp[order])
-    following = np.empty_like(stamp)
-    following[order] = stamp[order][good[np.minimum(np.searchsorted(good, np.arange(len(stamp))), len(good) - 1)]]
-    return following
+def _following(stamp: Index, log: Index, at: Index) -> Index:
+    """Of some messages the next stamp in the order of the log that is not 0 (behind the last, the last)."""
+    if not np.all(log[1:] >= log[:-1]):
+        order = np.argsort(log, kind='stable')
+        stamp, at = stamp[order], np.flatnonzero(np.isin(order, at))
+        at = at[np.argsort(order[at])]
+    good = np.flatnonzero(stamp)
+    return np.asarray(stamp[good[np.minimum(np.searchsorted(good, at), len(good) - 1)]])
 
 
 class Topic:
@@ -76,15 +78,21 @@ class Topic:
     def stamp(self) -> Index | None:
         """The header stamps, the log time for a single one that is 0; None where there are none, or all are 0."""
         stamp = self._stamp.whole()
-        if not stamp.any():
+        zero = np.flatnonzero(stamp == 0)
+        if len(zero) == len(stamp):
             return None
-        if stamp.all():
+        if not len(zero):
             return stamp
-        log, good = self.log, np.flatnonzero(stamp)
-        time = log + clock_offset(log[good], stamp[good])
-        unset = (stamp == 0) & (np.abs(time) > OTHER_CLOCK_NS) & (np.abs(_following(stamp, log)) > OTHER_CLOCK_NS)
-        self.unset = int(np.count_nonzero(unset))
-        return np.where(unset, time, stamp)
+        log = self.log
+        some = np.linspace(0, len(stamp) - 1, min(len(stamp), _SOME)).astype(np.int64)
+        some = some[stamp[some] != 0] if stamp[some].any() else np.flatnonzero(stamp)
+        time = log[zero] + clock_offset(log[some], stamp[some])
+        wrong = (np.abs(time) > OTHER_CLOCK_NS) & (np.abs(_following(stamp, log, zero)) > OTHER_CLOCK_NS)
+        self.unset = int(np.count_nonzero(wrong))
+        if self.unset:
+            stamp = stamp.copy()
+            stamp[zero[wrong]] = time[wrong]
+        return stamp
 
     def field(self, channel: str) -> tuple[Array, NDArray[np.bool_]]:
         """The numbers of a channel's field, and where it has any. Once: they are not kept any longer."""
