@@ -14,7 +14,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Import all runs; nothing is written unless all of them can be read."""
-    from tcp_muscle_ros.outputs import writable_folder, writing
+    from tcp_muscle_ros.outputs import writable_folder
     from tcp_muscle_ros.recording.bag_writer import refuse_existing, write_recording
     from tcp_muscle_ros.recording.csv_import import csv_files, import_runs, unclaimed
     from tcp_muscle_ros.recording.import_map import read_import_map
@@ -24,8 +24,7 @@ def run(args: argparse.Namespace) -> int:
     files = csv_files(args.files)
     runs = list(import_runs(import_map, files))
     for run in runs:
-        with writing(output / run.name):
-            write_recording(output / run.name, run.recording)
+        write_recording(output / run.name, run.recording)
         channels = ', '.join(run.recording.channels)
         print(f'{output / run.name}: {run.recording.duration:.1f} s of {channels}')
         for note in run.recording.notes:

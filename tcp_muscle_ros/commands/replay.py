@@ -42,8 +42,7 @@ def run(args: argparse.Namespace) -> int:
         print(f'note: {note}')
     print(comparison_table(compared))
     if args.output:
-        with writing(args.output):
-            write_overlay(args.output, experiment, compared)
+        write_overlay(args.output, experiment, compared)
         print(f'{args.output}: /recorded and /predicted')
     if args.figure:
         with writing(args.figure):

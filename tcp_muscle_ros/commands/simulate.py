@@ -20,7 +20,7 @@ def run(args: argparse.Namespace) -> int:
 
     from tcp_muscle_ros.commands.sensing import sensed
     from tcp_muscle_ros.muscle import ZERO_CELSIUS, simulate
-    from tcp_muscle_ros.outputs import writable_folder, writing
+    from tcp_muscle_ros.outputs import writable_folder
     from tcp_muscle_ros.parameter_file import read
     from tcp_muscle_ros.recording.bag_writer import refuse_existing, write_recording
     from tcp_muscle_ros.recording.protocol import END_OPTIONS, read_protocol
@@ -64,8 +64,7 @@ def run(args: argparse.Namespace) -> int:
     }
     known: dict[str, object] = {'end': protocol.end, 'load_n': float(sampled.load[0])}
     known |= {name: value for name, value in held.items() if value}
-    with writing(output):
-        write_recording(output, Recording(str(output), channels, 0, known))
+    write_recording(output, Recording(str(output), channels, 0, known))
     hot = float(outputs.fibre_temperature.max()) - ZERO_CELSIUS
     print(
         f'{output}: {protocol.duration:g} s at {protocol.rate_hz:g} Hz; hottest {hot:.1f} degC, '

@@ -135,7 +135,6 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     """
     best = min(r.score for r in rivals)
     close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
-
     known = any(EFFECTS[r.effect].stage != 'sensor' and _strength(r) >= _FAINT for r in close)
 
     def order(rival: Rival) -> tuple[bool, int, bool, int, float]:

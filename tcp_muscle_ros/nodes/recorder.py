@@ -139,31 +139,29 @@ class Recorder:
                     stamp = taken[0].clock.sec * 1_000_000_000 + taken[0].clock.nanosec
                     arrived.append((taken[1]['received_timestamp'], '', stamp.to_bytes(8, 'little')))
         arrived.sort(key=lambda message: message[0])
-        for received_ns, topic, payload in arrived:
-            if self._clock is None:
-                self._write(topic, payload, received_ns)
-            elif not topic:
-                self._sim_time_ns = int.from_bytes(payload, 'little')
-                for earlier in self._before_clock:
-                    self._write(*earlier, self._sim_time_ns)
-                self._before_clock.clear()
-            elif self._sim_time_ns is not None:
-                self._write(topic, payload, self._sim_time_ns)
-            elif len(self._before_clock) < _QUEUE:  # there is no time yet: logged with the first /clock
-                self._before_clock.append((topic, payload))
+        with self._writing():
+            for received_ns, topic, payload in arrived:
+                if self._clock is None:
+                    self._write(topic, payload, received_ns)
+                elif not topic:
+                    self._sim_time_ns = int.from_bytes(payload, 'little')
+                    for earlier in self._before_clock:
+                        self._write(*earlier, self._sim_time_ns)
+                    self._before_clock.clear()
+                elif self._sim_time_ns is not None:
+                    self._write(topic, payload, self._sim_time_ns)
+                elif len(self._before_clock) < _QUEUE:  # there is no time yet: logged with the first /clock
+                    self._before_clock.append((topic, payload))
 
     def _write(self, topic: str, payload: bytes, log_time_ns: int) -> None:
-        with self._writing():
-            if self._bag is None:
-                self._bag = BagWriter(self._output)
-            new = topic not in self._bag.counts
-            if new:
-                kind = self._types[topic]
-                self._bag.add_topic(topic, f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}')
-            self._bag.write_serialized(topic, payload, log_time_ns)
-        self._count += 1
-        if new:
+        if self._bag is None:
+            self._bag = BagWriter(self._output)
+        if topic not in self._bag.counts:
+            kind = self._types[topic]
+            self._bag.add_topic(topic, f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}')
             self._say(f'recording {topic}')
+        self._bag.write_serialized(topic, payload, log_time_ns)
+        self._count += 1
 
     def _writing(self) -> AbstractContextManager[None]:
         return writing(self._output, '; what was written until then is kept')
