@@ -10,7 +10,9 @@ from proof.protocols import Lab, draw_lab, experiment, plan
 from proof.recordings import Noise, draw_noise
 from proof.truth import EFFECTS, Bench, Body, Concealed, Experiment, Signals, conceal, draw_body, observe
 
-SUITES = {'development': 0, 'sealed': 1}  # the number of the form that an effect takes
+# The number of the form that an effect takes. 'varied' is for development too: what is tuned on one form alone is tuned
+# to that form.
+SUITES = {'development': 0, 'sealed': 1, 'varied': 2}
 FULL = {'single': 120, 'double': 60, 'triple': 20, 'null': 100, 'decoy': 80, 'unlisted': 20, 'ambiguous': 30}
 
 INVISIBLE = ('contact_resistance',)  # on one muscle
@@ -24,6 +26,7 @@ PHYSICS = tuple(
 UNLISTED = (
     ('periodic_friction', 'stiffness_switch', 'rate_stroke', 'peltier', 'varistor'),
     ('current_stroke', 'self_resonance', 'resistance_jump', 'boiling_film', 'crosstalk', 'cubic_softening'),
+    ('seebeck_voltage', 'hunting_supply', 'touching_rail', 'slow_stroke', 'sticky_turns', 'loosening_bead'),
 )
 DECOYS = ('wrong_parameters', 'coloured_noise', *SENSORS)
 
@@ -56,6 +59,7 @@ class Case:
     nominal: dict[str, float] = field(default_factory=dict)  # written as a parameter file where not empty
     verdicts: tuple[str, ...] = ('match', 'wrong_parameters')  # that are right
     partner: str = ''  # what an ambiguous case cannot be told from
+    form: int = 0  # of what is concealed, as the suite has it
 
     def rng(self, stream: int) -> np.random.Generator:
         """A stream of random numbers of its own."""
@@ -143,6 +147,7 @@ def make_case(suite: str, seed: int, number: int, kind: str, what: str) -> Case:
         concealed=concealed,
         nominal=nominal,
         verdicts=verdicts,
+        form=form,
     )
 
 
@@ -223,4 +228,5 @@ def _ambiguous(name: str, seeds: list[int], rng: np.random.Generator, lab: Lab, 
         concealed=[concealed],
         verdicts=('missing_physics', *(('sensor_or_setup',) if 'sensor' in (stage, EFFECTS[partner].stage) else ())),
         partner=partner,
+        form=form,
     )

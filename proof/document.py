@@ -44,8 +44,8 @@ Recordings are made by a truth generator of its own (`proof/truth/`), which shar
 with the package: relays where the catalogue has a play operator, a Rayleigh-number correlation where it has a power
 law, five shells where it has two nodes. Base parameters are moved, noise is coloured, stamps jitter, samples are lost
 and quantised. The labels were sealed: their SHA-256 was printed and logged (`proof/sealed_runs.jsonl`) before anything
-was diagnosed. Tuning was done on the development suite, which has other seeds and the other of two forms of each
-effect.
+was diagnosed. Tuning was done on the suites `development` and `varied`, which have other seeds and the other two of
+three forms of each effect.
 
 A rate is given with its 95 % interval after Wilson. *Detectable* is an effect that a refit of the paper's parameters
 leaves above the noise (1 sigma over 10 s, and 10 whitened); rates of naming count detectable effects only. The
@@ -86,7 +86,7 @@ def _heading(scores: Mapping[str, Any], command: str) -> list[str]:
     ]
     if scores['suite'] != 'sealed':
         told.append(
-            '**This is a sample of the development suite, on which the diagnosis was tuned: it proves nothing.**'
+            f'**This is a sample of suite `{scores["suite"]}`, on which the diagnosis was tuned: it proves nothing.**'
         )
     elif cases != full:
         told.append(

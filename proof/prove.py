@@ -2,6 +2,7 @@
 
 ./scripts/prove                   the sealed suite of 430 cases, written to docs/proof.md
 ./scripts/prove --cases 20        a sample of the development suite, whose forms may be looked at
+./scripts/prove --cases 20 --suite varied   the same with the third form of each effect, which may be looked at too
 ./scripts/prove --phase diagnose  one of the phases; every phase goes on where it was stopped
 
 The seed of a sealed suite is drawn when it is generated and stands nowhere but in its labels. Their SHA-256 is printed
@@ -261,12 +262,18 @@ def machine() -> str:
     return f'{os.cpu_count()} cores, {memory:.0f} GB, Python {platform.python_version()}'
 
 
+def default_suite(cases: int) -> str:
+    """Of a sample, or of all."""
+    return 'development' if cases else 'sealed'
+
+
 def command(proof: Proof) -> str:
     """How to make the document."""
     words = ['./scripts/prove']
     if proof.cases:
         words += ['--cases', str(proof.cases)]
-        words += ['--suite', 'sealed'] if proof.sealed else []
+    if proof.suite != default_suite(proof.cases):
+        words += ['--suite', proof.suite]
     if proof.seed is not None:
         words += ['--seed', str(proof.seed)]
     if proof.most != MOST:
@@ -287,7 +294,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument('--jobs', type=int, default=2)
     chosen = parser.parse_args(arguments)
-    suite = chosen.suite or ('development' if chosen.cases else 'sealed')
+    suite = chosen.suite or default_suite(chosen.cases)
     seed = chosen.seed if chosen.seed is not None or suite == 'sealed' else 1
     name = f'{suite}-{chosen.cases or sum(FULL.values())}' + (f'-{seed}' if seed is not None else '')
     folder = chosen.output or ROOT / 'build' / 'proof' / name

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from proof.truth.body import Body, plain
-from proof.truth.plant import FORCE, LENGTH, MEAN, RESISTANCE, SKIN, Array, Plant, run
+from proof.truth.integrate import run
+from proof.truth.plant import FORCE, LENGTH, MEAN, RESISTANCE, SKIN, Array, Plant
 
 # What the room or an instrument does: f(time, signal, number of the recording) -> signal, all arrays of one length.
 Alter = Callable[[Array, Array, int], Array]
@@ -29,6 +30,8 @@ class Bench:
     ruler: list[Alter] = field(default_factory=list)  # on the displacement, m
     meter: list[Alter] = field(default_factory=list)  # on the input as it is written down
     crosstalk: float = 0.0  # K/A into the thermometer
+    loosening: float = 0.0  # 1/m, share of (T - ambient) that it misses per length beyond that at rest
+    seebeck: float = 0.0  # V/K, in what the ohmmeter takes for the muscle's voltage
     delay: dict[str, float] = field(default_factory=dict)  # s, per channel
     stretch: dict[str, float] = field(default_factory=dict)  # relative error of a channel's clock
 
@@ -99,6 +102,9 @@ def observe(
     T = out[:, SKIN] - experiment.ambient
     for alter in bench.thermometer:
         T = alter(time, T, recording)
+    T = T * (1.0 - bench.loosening * (out[:, LENGTH] - bench.plant.H0))
+    # it reads nothing where no current flows
+    added = bench.seebeck * (out[:, SKIN] - experiment.ambient) / np.where(out[:, 5] > 0.003, out[:, 5], np.inf)
     x = np.zeros_like(time) if experiment.blocked else zero - out[:, LENGTH]
     for yielding in bench.link:
         x = yielding(x, out[:, FORCE])
@@ -109,7 +115,7 @@ def observe(
         drive = alter(time, drive, recording)
     channels = {
         'temperature': T + experiment.ambient + bench.crosstalk * out[:, 5],
-        'resistance': out[:, RESISTANCE],
+        'resistance': out[:, RESISTANCE] + added,
         'displacement': x,
         'force': out[:, FORCE],
     }

@@ -2,8 +2,9 @@
 
 Each effect is one function: it draws its numbers for a strength between 0 (barely visible) and 1 (obvious), within the
 ranges of the catalogue in physics.md part 2 (a little below 0: weaker than these), and says how the bench is changed.
-An effect has two forms, neither of them the catalogue's own: the first is for development, the second for the sealed
-suite.
+An effect has three forms, none of them the catalogue's own: the first is for development, the second for the sealed
+suite, the third for another development suite, so that what is tuned is not tuned on one form alone. An effect that no
+catalogue holds has one form and belongs to one suite.
 """
 
 from collections.abc import Callable
@@ -25,7 +26,7 @@ class Draw:
 
     rng: np.random.Generator
     strength: float
-    form: int  # 0 or 1
+    form: int  # 0, 1 or 2
     body: Body
 
     def between(self, weak: float, strong: float) -> float:

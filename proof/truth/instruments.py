@@ -1,5 +1,7 @@
 """Concealed faults of instruments and set-up: the decoys, which are no physics of the muscle."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numba import njit
 
@@ -48,41 +50,66 @@ def _bead(time: Array, T: Array, tau: float) -> Array:
     return y
 
 
-@effect('thermocouple_lag', 'sensor', ('bead_and_stem', 'diffusion'), ('paper', 'prbs', 'staircase'))
+@njit(cache=True)
+def _one_sided(time: Array, T: Array, warming: float, cooling: float) -> Array:
+    """A first-order lag with another time constant while it warms than while it cools."""
+    y = T.copy()
+    for k in range(1, len(T)):
+        at = (T[k] + T[k - 1]) / 2.0
+        tau = warming if at > y[k - 1] else cooling
+        y[k] = at + (y[k - 1] - at) * np.exp(-(time[k] - time[k - 1]) / tau)
+    return y
+
+
+@effect('thermocouple_lag', 'sensor', ('bead_and_stem', 'diffusion', 'loose_contact'), ('paper', 'prbs', 'staircase'))
 def thermocouple_lag(d: Draw) -> Outcome:
-    """The thermometer follows late: bead and stem, or a bead that heat has to diffuse into."""
+    """The thermometer follows late: bead and stem, a bead that heat diffuses into, or one that cools later."""
     tau = d.between(0.2, 4.0)
     poles = tau * np.array([0.8, 0.2])
 
     def late(time: Array, T: Array, recording: int) -> Array:
-        return _poles(time, T, poles) if d.form == 0 else _bead(time, T, tau * 0.8)
+        if d.form == 0:
+            return _poles(time, T, poles)
+        # a bead that is held loosely is heated by the coil around it and cooled by the air alone
+        return _bead(time, T, tau * 0.8) if d.form == 1 else _one_sided(time, T, 0.7 * tau, 1.2 * tau)
 
     return {'tau': tau}, lambda b: b.thermometer.append(late)
 
 
-@effect('thermocouple_gain', 'sensor', ('stem_fin', 'curved'), ('paper', 'hold', 'staircase'))
+@effect('thermocouple_gain', 'sensor', ('stem_fin', 'curved', 'wrong_type'), ('paper', 'hold', 'staircase'))
 def thermocouple_gain(d: Draw) -> Outcome:
-    """The stem pulls the bead towards the air."""
+    """The stem pulls the bead towards the air, or the voltage is read by another type's table."""
     loss = d.between(0.015, 0.15)
 
     def cooler(time: Array, T: Array, recording: int) -> Array:
         if d.form == 0:
             return T * (1.0 - loss)
-        return T * (1.0 - loss * (1.0 + 0.1 * np.tanh((T - 30.0) / 30.0)))
+        if d.form == 1:
+            return T * (1.0 - loss * (1.0 + 0.1 * np.tanh((T - 30.0) / 30.0)))
+        return T * (1.0 - loss * (0.75 + 0.25 * T / 57.0))  # the tables part as a parabola
 
     return {'gain': 1.0 - loss}, lambda b: b.thermometer.append(cooler)
 
 
-@effect('temperature_offset', 'sensor', ('constant', 'constant'), ('paper', 'rest', 'hold'))
+@effect('temperature_offset', 'sensor', ('constant', 'constant', 'each_time_another'), ('paper', 'rest', 'hold'))
 def temperature_offset(d: Draw) -> Outcome:
-    """The thermometer reads too much or too little."""
+    """The thermometer reads too much or too little, always as much or after each start by another amount."""
     offset = d.between(0.3, 3.0) * d.rng.choice([-1.0, 1.0])
-    return {'offset': offset}, lambda b: b.thermometer.append(lambda time, T, recording: T + offset)
+    share = _starts(d)
+    return {'offset': offset}, lambda b: b.thermometer.append(lambda time, T, recording: T + offset * share(recording))
 
 
-@effect('displacement_drift', 'sensor', ('warming_up', 'wandering'), ('paper', 'hold', 'rest'))
+def _starts(d: Draw) -> Callable[[int], float]:
+    """How much of an offset a recording has: all of it; in the third form what it has after its own start."""
+    if d.form < 2:
+        return lambda recording: 1.0
+    seed = d.seed()
+    return lambda recording: float(np.random.default_rng([seed, recording]).uniform(0.5, 1.3))
+
+
+@effect('displacement_drift', 'sensor', ('warming_up', 'wandering', 'settling_bracket'), ('paper', 'hold', 'rest'))
 def displacement_drift(d: Draw) -> Outcome:
-    """The laser drifts: as it warms up, or at random."""
+    """The laser drifts: as it warms up, at random, or as its bracket settles, with the square root of time."""
     size, seed = d.between(0.15e-3, 1.5e-3), d.seed()
     tau = d.any(120.0, 400.0)
 
@@ -92,20 +119,23 @@ def displacement_drift(d: Draw) -> Outcome:
             return x + size * np.sign(rng.standard_normal()) * (1.0 - np.exp(-time / tau)) / (
                 1.0 - np.exp(-200.0 / tau)
             )
+        if d.form == 2:
+            return x + size * np.sign(rng.standard_normal()) * np.sqrt(time / 200.0)
         wander = ornstein_uhlenbeck(rng, time, tau)
         return x + size * (wander - wander[0]) * 0.7
 
     return {'size': size}, lambda b: b.ruler.append(drift)
 
 
-@effect('displacement_offset', 'sensor', ('constant', 'constant'), ('paper', 'hold'))
+@effect('displacement_offset', 'sensor', ('constant', 'constant', 'each_time_another'), ('paper', 'hold'))
 def displacement_offset(d: Draw) -> Outcome:
-    """The zero of the laser is not the rest."""
+    """The zero of the laser is not the rest, always by as much or after each start by another amount."""
     offset = d.between(0.5e-3, 8e-3) * d.rng.choice([-1.0, 1.0])
-    return {'offset': offset}, lambda b: b.ruler.append(lambda time, x, recording: x + offset)
+    share = _starts(d)
+    return {'offset': offset}, lambda b: b.ruler.append(lambda time, x, recording: x + offset * share(recording))
 
 
-@effect('clock_skew', 'sensor', ('late_thermometer', 'late_laser_drifting'), ('paper', 'prbs'))
+@effect('clock_skew', 'sensor', ('late_thermometer', 'late_laser_drifting', 'slow_thermometer'), ('paper', 'prbs'))
 def clock_skew(d: Draw) -> Outcome:
     """One channel is stamped late, or its clock runs at another pace."""
     late = d.between(0.06, 0.6)
@@ -113,6 +143,9 @@ def clock_skew(d: Draw) -> Outcome:
     def change(b: Bench) -> None:
         if d.form == 0:
             b.delay['temperature'] = late
+        elif d.form == 2:  # later and later
+            b.delay['temperature'] = 0.3 * late
+            b.stretch['temperature'] = 1.4 * late / 300.0
         else:
             b.delay['displacement'] = 0.7 * late
             b.stretch['displacement'] = 0.3 * late / 300.0
@@ -120,24 +153,15 @@ def clock_skew(d: Draw) -> Outcome:
     return {'delay': late}, change
 
 
-@effect('current_gain', 'sensor', ('gain', 'gain_and_dead_band'), ('paper', 'hold'))
+@effect('current_gain', 'sensor', ('gain', 'gain_and_dead_band', 'grows_with_level'), ('paper', 'hold'))
 def current_gain(d: Draw) -> Outcome:
-    """The ammeter reads a few per cent wrong."""
+    """The ammeter reads a few per cent wrong, in the third form the less so the less flows."""
     error = d.between(0.01, 0.08) * d.rng.choice([-1.0, 1.0])
-    zero = 0.0 if d.form == 0 else 0.0005
+    zero = 0.0005 if d.form == 1 else 0.0
 
     def reads(time: Array, i: Array, recording: int) -> Array:
+        if d.form == 2:
+            return i * (1.0 + error * np.minimum(np.maximum(i, 0.0) / 0.2, 2.0) ** 0.3)
         return np.where(i > 0.0, i * (1.0 + error) + zero, i)
 
     return {'error': error}, lambda b: b.meter.append(reads)
-
-
-@effect('crosstalk', 'sensor', ('current_into_bead',), ('paper', 'prbs'), listed=False)
-def crosstalk(d: Draw) -> Outcome:
-    """The muscle's voltage leaks into the thermocouple."""
-    gain = d.between(1.5, 12.0)
-
-    def change(b: Bench) -> None:
-        b.crosstalk = gain
-
-    return {'gain': gain}, change

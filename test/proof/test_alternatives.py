@@ -98,3 +98,19 @@ def test_a_case_that_came_to_nothing_does_not_end_the_score(tmp_path):
     assert proof._answered('diagnosis') == 5
     (proof.reports / 'diagnosis' / 'case_0004' / 'report.json').unlink()
     assert proof._answered('diagnosis') == 2
+
+
+@pytest.mark.parametrize(
+    ('suite', 'cases', 'words'),
+    [
+        ('sealed', 0, []),
+        ('sealed', 20, ['--cases', '20', '--suite', 'sealed']),
+        ('development', 20, ['--cases', '20']),
+        ('development', 0, ['--suite', 'development']),
+        ('varied', 20, ['--cases', '20', '--suite', 'varied']),
+    ],
+)
+def test_the_command_told_is_the_one_that_makes_this_suite(suite, cases, words, tmp_path):
+    proof = prove.Proof(suite, cases, 3, tmp_path, 2, prove.MOST)
+    assert prove.command(proof).split() == ['./scripts/prove', *words, '--seed', '3']
+    assert proof.sealed == (suite == 'sealed')

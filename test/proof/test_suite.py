@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from proof.cases import FULL, PHYSICS, composition, make_case, signals_of
+from proof.cases import FULL, PHYSICS, SUITES, composition, make_case, signals_of
 from proof.extend import extend
 from proof.generate import generate
 from proof.recordings import Noise
@@ -43,9 +43,20 @@ def test_a_smaller_suite_has_as_many_cases_as_asked_for(cases):
 
 
 def test_the_suites_differ_in_seeds_and_in_forms():
-    one, two = (make_case(suite, 1, 0, 'single', 'creep') for suite in ('development', 'sealed'))
-    assert one.concealed[0].form != two.concealed[0].form
-    assert one.lab.body != two.lab.body
+    cases = [make_case(suite, 1, 0, 'single', 'creep') for suite in SUITES]
+    assert len({case.concealed[0].form for case in cases}) == len(SUITES)
+    assert len({case.lab.body for case in cases}) == len(SUITES)
+    unlisted = [{what for kind, what in composition(suite, 0, 1) if kind == 'unlisted'} for suite in SUITES]
+    assert not set.intersection(*unlisted)
+
+
+def test_every_kind_of_case_can_be_drawn_with_third_forms():
+    for number, (kind, what) in enumerate(dict(composition('varied', 0, 2)).items()):
+        case = make_case('varied', 2, number, kind, what)
+        assert case.form == 2
+        assert all(hidden.form == EFFECTS[hidden.effect].forms[-1] for hidden in case.concealed)
+    case = make_case('varied', 2, 0, 'ambiguous', '0')
+    assert 0.0 < visibility(case, signals_of(case))[0]['likeness'] <= 1.0
 
 
 def test_a_seed_gives_the_same_bags_and_labels_again(suite, tmp_path):

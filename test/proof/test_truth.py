@@ -7,14 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.cases import PHYSICS, SENSORS, UNLISTED
+from proof.cases import PHYSICS, SENSORS, SUITES, UNLISTED
 from proof.protocols import Lab, Step, build, draw_lab, experiment
-from proof.truth import EFFECTS, Bench, Body, conceal, observe
+from proof.truth import EFFECTS, Bench, Body, Signals, conceal, observe
 from proof.truth.body import weight
 from proof.truth.plant import CURRENT, POWER, VOLTAGE
 
 PROOF = Path(__file__).parents[2] / 'proof'
-ALL = [*PHYSICS, 'contact_resistance', *SENSORS, *UNLISTED[0], *UNLISTED[1]]
+CONCEALED = [*PHYSICS, *SENSORS]
+ALL = [*CONCEALED, 'contact_resistance', *(name for group in UNLISTED for name in group)]
+NOISE = {'temperature': 0.2, 'resistance': 0.02, 'displacement': 5e-5, 'drive': 1e-3}
 
 
 def steps(*what: Step, kind: int = CURRENT, blocked: bool = False, ambient: float = 23.0):
@@ -107,8 +109,18 @@ def test_a_load_acts_after_its_tick():
     assert x[first + 1] == pytest.approx(-0.5 / 23, rel=1e-6)
 
 
-@pytest.mark.parametrize('name', ALL)
-@pytest.mark.parametrize('form', [0, 1])
+def test_every_effect_that_a_suite_conceals_has_a_form_for_each_suite():
+    assert sorted(SUITES.values()) == list(range(len(UNLISTED)))
+    for name in CONCEALED:
+        forms = EFFECTS[name].forms
+        assert len(forms) == len(SUITES), name
+        assert len(set(forms)) == (2 if name.endswith('_offset') else 3), name
+    for name, entry in EFFECTS.items():
+        assert entry.listed == (not any(name in group for group in UNLISTED)), name
+    assert len({name for group in UNLISTED for name in group}) == sum(len(group) for group in UNLISTED)
+
+
+@pytest.mark.parametrize(('name', 'form'), [(name, k) for name in ALL for k in range(len(EFFECTS[name].forms))])
 def test_every_effect_acts_and_grows_with_its_strength(name, form):
     rng = np.random.default_rng(3)
     lab = draw_lab(rng, Body(), plain=True)
@@ -117,29 +129,42 @@ def test_every_effect_acts_and_grows_with_its_strength(name, form):
     sizes = []
     for strength in (0.0, 1.0):
         seen = observe(changed(name, strength, form), done)
-        parts = [
-            np.sqrt(np.mean((getattr(seen, c) - getattr(plain, c)) ** 2)) / noise
-            for c, noise in (('temperature', 0.2), ('resistance', 0.02), ('displacement', 5e-5), ('drive', 1e-3))
-        ]
+        parts = sizes_of(seen, plain)
         assert np.isfinite(parts).all()
         assert seen.fibre.max() < 125.0
         sizes.append(max(parts))
     assert sizes[1] > 1.5 * sizes[0] > 0.0
 
 
-def test_the_two_forms_of_an_effect_are_not_the_same_thing():
+def sizes_of(seen: Signals, plain: Signals) -> list[float]:
+    """Root mean squares of what differs, in units of the noise."""
+    return [float(np.sqrt(np.mean((getattr(seen, c) - getattr(plain, c)) ** 2))) / NOISE[c] for c in NOISE]
+
+
+@pytest.mark.parametrize('name', CONCEALED)
+def test_the_third_form_is_as_strong_as_the_others(name):
+    found = []
+    for form in range(3):
+        sizes = []
+        for protocol in dict.fromkeys(EFFECTS[name].shown_by):
+            rng = np.random.default_rng(3)
+            done = experiment(draw_lab(rng, Body(), plain=True), protocol, rng)
+            plain = observe(Bench.of(Body()), done)
+            sizes += [max(sizes_of(observe(changed(name, 0.5, form, seed), done), plain)) for seed in (5, 6, 7)]
+        found.append(float(np.median(sizes)))
+    assert 0.4 * min(found[:2]) < found[2] < 2.5 * max(found[:2]), found
+
+
+@pytest.mark.parametrize(('one', 'two'), [(0, 1), (0, 2), (1, 2)])
+def test_no_two_forms_of_an_effect_are_the_same_thing(one, two):
     loads = (0.5, 0.12, 1.2)
     done = steps(*(step for F in loads for step in (Step(30.0, 0.27, F), Step(30.0, 0.0, F), Step(30.0, 0.2, F))))
     plain = observe(Bench.of(Body()), done)
     for name in PHYSICS:
-        if EFFECTS[name].forms[0] == EFFECTS[name].forms[1]:
-            continue
-        one, two = (observe(changed(name, 0.8, form), done) for form in (0, 1))
         differences = [
-            np.column_stack([(getattr(s, c) - getattr(plain, c)) / n for c, n in
-                             (('temperature', 0.2), ('resistance', 0.02), ('displacement', 5e-5))]).ravel()
-            for s in (one, two)
-        ]  # fmt: skip
+            np.column_stack([(getattr(s, c) - getattr(plain, c)) / NOISE[c] for c in NOISE]).ravel()
+            for s in (observe(changed(name, 0.8, form), done) for form in (one, two))
+        ]
         cosine = differences[0] @ differences[1] / np.prod([np.linalg.norm(d) for d in differences])
         assert cosine < 0.99999, name
 
@@ -149,7 +174,7 @@ def test_the_two_forms_of_an_effect_are_not_the_same_thing():
     [('thermocouple_lag', True), ('creep', True), ('branch_cte', True), ('end_conduction', True),
      ('two_node', False), ('hysteresis', False), ('friction', False)],
 )  # fmt: skip
-@pytest.mark.parametrize('form', [0, 1])
+@pytest.mark.parametrize('form', [0, 1, 2])
 def test_loops_turn_as_the_orientation_table_says(name, heating_on_top, form):
     """physics.md 2.4: contraction while heating minus contraction while cooling, at 55 degC of the thermometer."""
     load = weight(60)
