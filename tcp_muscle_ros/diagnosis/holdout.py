@@ -10,7 +10,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.candidates import without_effect
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.problem import Problem, Shown
-from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
+from tcp_muscle_ros.diagnosis.unknowns import START
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
@@ -114,8 +114,8 @@ class HeldOut:
 def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> HeldOut:
     """Refit without each fold in turn, from the full fit, and look at the fold.
 
-    A recording's ambient and start are taken from the full fit: they are no property of the muscle, and a new recording
-    brings its own. So is all that belongs to it alone where it is kept back whole.
+    What belongs to a recording alone is taken from the full fit where that is kept back whole: it is no property of the
+    muscle, and a new recording brings its own. So is its start always, which may be in the stretch that is kept back.
     """
     problem = fitted.problem
     clusters: list[Mapping[str, Array]] = []
@@ -128,7 +128,7 @@ def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> Held
         trained = fit(rest, fitted.z, rounds=rounds, tolerance=1e-4, known=_slopes_of(rest, fitted))
         z = np.array(
             [
-                own if u.name in (AMBIENT, START) or (u.recording is not None and u.recording == fold.whole) else shared
+                own if u.name == START or (u.recording is not None and u.recording == fold.whole) else shared
                 for u, own, shared in zip(problem.unknowns, fitted.z, trained.z, strict=True)
             ]
         )

@@ -20,6 +20,7 @@ FORM = ALIKE**0.5  # of what an effect does: as far as its listed form is told f
 CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
 _FAR = 2.5  # times its usual strength: farther off is hardly ever a sensor that works
 _FAINT = 0.1  # of its usual strength: less, or the other way round, is hardly what is known of the fibre
+_NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from its middle
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 _BEATEN = 0.003  # of the best rival's drop: a model that misses so much more is beaten
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
@@ -87,7 +88,7 @@ def rivals_for(
     also: Collection[str] = (),
 ) -> list[Rival]:
     """Refit the most promising candidates on top of a fit, and those of ``also``, best first; those that soon lag
-    behind what they and others promise not to the end."""
+    behind what they and others promise not to the end. One that begins where the muscle never was is none."""
     promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
     promising += [c for c in ranked if c.effect in also and c not in promising]
     found = []
@@ -106,7 +107,18 @@ def rivals_for(
             begun = rival.fit
             fitted = fit(begun.problem, begun.z, rounds=40, tolerance=1e-5, known=begun.rough_slopes)
             found[k] = Rival(rival.effect, fitted, penalised(fitted))
-    return sorted(found, key=lambda r: r.score)
+    return sorted((r for r in found if _begins(r)), key=lambda r: r.score)
+
+
+def _begins(rival: Rival) -> bool:
+    """Whether the muscle crosses, or nearly, what the effect needs it to cross: else it is another one in disguise."""
+    for row in EFFECTS[rival.effect].fitted:
+        if row.crossed:
+            shown = np.concatenate([getattr(o, row.crossed) for o in rival.fit.outputs])
+            middle, reach = 0.5 * (shown.max() + shown.min()), 0.5 * (shown.max() - shown.min())
+            if abs(rival.fit.muscle[f'{rival.effect}.{row.name}'] - middle) > _NEARLY * reach:
+                return False
+    return True
 
 
 def rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
@@ -128,14 +140,18 @@ def rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
 def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     """The best model; among those that it does not beat, the simplest.
 
-    That is one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any ever
-    is, and physics as it is known would do), then what is expected of the fibre, then the fewest parameters. In one
-    stage, where form decides, a form with more parameters follows another's by what it may bend: it must be more than
-    alike to win. ``bare`` is the score without any of them.
+    A sensor that is off as its cause never makes it is none of them where physics as it is known explains the same. The
+    simplest is one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any
+    ever is, and physics as it is known would do), then what is expected of the fibre, then the fewest parameters. In
+    one stage, where form decides, a form with more parameters follows another's by what it may bend: it must be more
+    than alike to win. ``bare`` is the score without any of them.
     """
     best = min(r.score for r in rivals)
+    if any(_known(r) for r in close_rivals(rivals, bare - best)):
+        rivals = [r for r in rivals if not _wrong_way(r)]
+        best = min(r.score for r in rivals)
     close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
-    known = any(EFFECTS[r.effect].stage != 'sensor' and _strength(r) >= _FAINT for r in close)
+    known = any(_known(r) for r in close)
 
     def order(rival: Rival) -> tuple[bool, int, bool, int, float]:
         effect = EFFECTS[rival.effect]
@@ -148,6 +164,16 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     stage = EFFECTS[first.effect].stage
     alike = [r for r in close_rivals(rivals, bare - best) if EFFECTS[r.effect].stage == stage]
     return min([first, *alike], key=order)
+
+
+def _known(rival: Rival) -> bool:
+    """Whether it is physics about as strong as is known of the fibre."""
+    return EFFECTS[rival.effect].stage != 'sensor' and _strength(rival) >= _FAINT
+
+
+def _wrong_way(rival: Rival) -> bool:
+    """Whether it is off as its cause never makes it."""
+    return EFFECTS[rival.effect].one_way and _strength(rival) < 0.0
 
 
 def _strength(rival: Rival) -> float:

@@ -127,6 +127,15 @@ def test_a_sensor_goes_before_physics_unless_it_is_off_as_none_is(softened):
         assert prefer([as_rival(softened, 'shear_softening', 1000.0, b=b), far], 100_000.0).effect == far.effect
 
 
+def test_a_stem_that_heats_the_thermometer_gives_way_to_physics_that_explains_the_same(softened):
+    physics = as_rival(softened, 'shear_softening', 2000.0, b=0.4)
+    cooler, hotter = (as_rival(softened, 'thermocouple_gain', 1000.0, g=g) for g in (0.93, 1.08))
+    assert prefer([physics, cooler], 100_000.0).effect == 'thermocouple_gain'
+    assert prefer([physics, hotter], 100_000.0).effect == 'shear_softening'
+    assert prefer([physics, hotter], 10_000.0).effect == 'thermocouple_gain'  # the same: not a ninth less
+    assert prefer([as_rival(softened, 'shear_softening', 2000.0, b=0.02), hotter], 100_000.0).effect == hotter.effect
+
+
 def test_unseen_data_are_asked_where_physics_acts_and_for_a_sensor_everywhere(softened):
     """What a sensor reads wrong, the other parameters take up."""
     assert touched(softened, as_rival(softened, 'load_stroke', 1000.0, b=0.3).fit) == {'displacement'}

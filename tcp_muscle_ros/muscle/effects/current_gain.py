@@ -1,37 +1,73 @@
 """Current gain: the ammeter is off, and with it what the muscle really gets for a recorded current or power.
 
-    i = g i_shown,   R_shown = V / i_shown = g R
+    i = g (i_shown - z),   R_shown = V / i_shown
 
-A recorded power is V i_shown, so the muscle gets g times as much; a recorded voltage is right.
+z is what it shows beside the current that flows. A recorded power is V i_shown, where V is that of the plain
+resistance (equation 4); a recorded voltage is right. Where it shows nothing nothing flows.
 """
 
+from math import sqrt
+
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.compiled import inner
 from tcp_muscle_ros.muscle.effects.effect import Effect
-from tcp_muscle_ros.muscle.electrical import VOLTAGE
+from tcp_muscle_ros.muscle.electrical import CURRENT as CURRENT_SOURCE
+from tcp_muscle_ros.muscle.electrical import POWER as POWER_SOURCE
+from tcp_muscle_ros.muscle.electrical import resistance_at
 from tcp_muscle_ros.muscle.parameter import Parameter
-from tcp_muscle_ros.muscle.quantities import COMMAND, KIND, SHOWN_CURRENT, SHOWN_POWER, SHOWN_RESISTANCE
+from tcp_muscle_ros.muscle.quantities import (
+    COMMAND,
+    CURRENT,
+    KIND,
+    SHOWN_CURRENT,
+    SHOWN_POWER,
+    SHOWN_RESISTANCE,
+    TEMPERATURE,
+)
+
+
+@inner
+def _offset_root(q: Array, c: Array, p: Array) -> float:
+    """z sqrt(R): with sqrt(P) it makes the power that the zero adds to what is shown."""
+    value: float = c[1] * sqrt(resistance_at(p, q[TEMPERATURE]))
+    return value
 
 
 def surroundings(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """What is set by the wrong ammeter."""
-    if q[KIND] != VOLTAGE:
-        q[COMMAND] *= c[0]
+    if q[COMMAND] != 0.0:
+        if q[KIND] == CURRENT_SOURCE:
+            q[COMMAND] = c[0] * (q[COMMAND] - c[1])
+        elif q[KIND] == POWER_SOURCE:
+            offset = _offset_root(q, c, p)
+            root = 0.5 * c[0] * (sqrt(offset * offset + 4.0 * q[COMMAND] / c[0]) - offset)
+            q[COMMAND] = root * root
 
 
 def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """What is read from it."""
-    q[SHOWN_CURRENT] /= c[0]
-    q[SHOWN_POWER] /= c[0]
-    q[SHOWN_RESISTANCE] *= c[0]
+    flows = q[CURRENT]
+    shown = flows / c[0] + c[1]
+    if shown * flows > 0.0:
+        q[SHOWN_RESISTANCE] *= flows / shown
+    else:
+        q[SHOWN_RESISTANCE] *= c[0]
+    if q[SHOWN_CURRENT] != 0.0:
+        q[SHOWN_CURRENT] = q[SHOWN_CURRENT] / c[0] + c[1]
+    if q[SHOWN_POWER] > 0.0:
+        q[SHOWN_POWER] = q[SHOWN_POWER] / c[0] + sqrt(q[SHOWN_POWER]) * _offset_root(q, c, p)
 
 
 EFFECT = Effect(
     name='current_gain',
     row='',
     stage='sensor',
-    equation='i = g i_shown, R_shown = g R',
+    equation='i = g (i_shown - z), R_shown = V / i_shown',
     source='tolerance of shunts and displays',
-    parameters=(Parameter('g', 1.02, '1', 0.5, 2.0, 'true over shown current', 'estimated: 1 to 3 %'),),
+    parameters=(
+        Parameter('g', 1.02, '1', 0.5, 2.0, 'slope of true over shown current', 'estimated: 1 to 3 %'),
+        Parameter('z', 0.0, 'A', -5e-3, 5e-3, 'shown beside what flows', 'estimated: 0.1 to 1 % of a range of 0.5 A'),
+    ),
     hooks={'surroundings': surroundings, 'sensor': sensor},
     strength='g',
     none=1.0,

@@ -26,4 +26,5 @@ EFFECT = Effect(
     hooks={'sensor': sensor},
     strength='g',
     none=1.0,
+    one_way=True,
 )
