@@ -99,10 +99,10 @@ def revise(
             if not present.problem.work.left:
                 break
             bare = shrink(present, effect)
-            pool = [e for e in effects if e == effect or e not in accepted]
+            known = [r.effect for r in first[effect][1]] if effect in first else []
+            pool = [e for e in dict.fromkeys((*effects, *known)) if e == effect or e not in accepted]
             ranked, _signals = screen(bare, pool, progress)
             most = _REVISED if len(bare.problem.unknowns) <= _MANY else 1
-            known = [r.effect for r in first[effect][1]] if effect in first else []
             found = rivals_for(bare, ranked, progress, most, known)
             rivals = [r for r in found if r.effect != effect]
             rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)

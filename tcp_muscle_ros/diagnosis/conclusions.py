@@ -29,7 +29,7 @@ from tcp_muscle_ros.diagnosis.generic import drivers
 from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
 from tcp_muscle_ros.diagnosis.next_experiment import propose
 from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
-from tcp_muscle_ros.diagnosis.rivals import ALIKE, FORM, shrink
+from tcp_muscle_ros.diagnosis.rivals import FORM, shrink
 from tcp_muscle_ros.diagnosis.selection import Chosen, Selection
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
@@ -38,8 +38,8 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
 LEAST_SIGNAL = 3.0
 # A generic misfit that keeps more than this share of what was there has not been explained by the named effects; of
-# sensors alone, whose faults are told exactly, no more than what passes for alike.
-STILL_UNEXPLAINED = 0.2
+# sensors alone, whose faults are told exactly, less.
+STILL_UNEXPLAINED, _BY_SENSORS = 0.2, 0.06
 _BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
 
@@ -162,7 +162,7 @@ def _unexplained(selection: Selection) -> Unexplained | None:
             left[name] = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
     channel = max(left, key=lambda name: left[name], default=None)
     sensors = all(EFFECTS[c.effect].stage == 'sensor' for c in selection.chosen)
-    if channel is None or left[channel] < (ALIKE if sensors else STILL_UNEXPLAINED):
+    if channel is None or left[channel] < (_BY_SENSORS if sensors else STILL_UNEXPLAINED):
         wandering = shared.wandering(selection)
         return wandering if wandering is not None and wandering.share >= STILL_UNEXPLAINED else None
     share = left[channel]

@@ -8,7 +8,7 @@ from tcp_muscle_ros.diagnosis.company import THRESHOLD, Contest, share
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import confirmation
-from tcp_muscle_ros.diagnosis.rivals import CONTEST, Rival, penalised, prefer, rescored, rivals_for
+from tcp_muscle_ros.diagnosis.rivals import CONTEST, Rival, own, penalised, prefer, rescored, rivals_for
 from tcp_muscle_ros.muscle import EFFECTS
 
 _LEAST_SHARE = 0.08  # of what is left, that an effect takes away
@@ -70,4 +70,6 @@ def pick(
 
 def _least_drop(rival: Rival) -> float:
     """Of the score, that chance does not give."""
-    return THRESHOLD * (_ANYWHERE if EFFECTS[rival.effect].circumstance else 1.0)
+    effect = EFFECTS[rival.effect]
+    anywhere = own(rival) or (effect.circumstance and effect.stage != 'sensor')
+    return THRESHOLD * (_ANYWHERE if anywhere else 1.0)

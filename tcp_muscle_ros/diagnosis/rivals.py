@@ -15,8 +15,8 @@ SHORTLIST = 6
 AMBIGUOUS = 6.0
 # No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
 # nothing, however many samples there are.
-ALIKE = 0.06
-FORM = ALIKE**0.5  # of what an effect does: as far as its listed form is told from the muscle's own
+ALIKE = 0.12
+FORM = 0.25  # of what an effect does: as far as its listed form is usually told from the muscle's own
 CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
 _FAR = 2.5  # times its usual strength: farther off is hardly ever a sensor that works
 _FAINT = 0.1  # of its usual strength: less, or the other way round, is hardly what is known of the fibre
@@ -155,15 +155,19 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
     def order(rival: Rival) -> tuple[bool, int, bool, int, float]:
         effect = EFFECTS[rival.effect]
-        own = any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
         far = known and abs(_strength(rival)) > _FAR
         rank = 1 if effect.stage != 'sensor' else 2 if far else 0
-        return own, rank, effect.unexpected, len(effect.fitted), rival.score
+        return own(rival), rank, effect.unexpected, len(effect.fitted), rival.score
 
     first = min(close, key=order)
     stage = EFFECTS[first.effect].stage
     alike = [r for r in close_rivals(rivals, bare - best) if EFFECTS[r.effect].stage == stage]
     return min([first, *alike], key=order)
+
+
+def own(rival: Rival) -> bool:
+    """Whether every recording has its own strength of the effect."""
+    return any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
 
 
 def _known(rival: Rival) -> bool:

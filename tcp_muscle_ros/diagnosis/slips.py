@@ -268,10 +268,11 @@ def _even(wide: int) -> Array:
 
 
 def _step_among(since: Array, switched: Array, loaded: Array) -> Array:
-    """The weights by which samples sum up to the step at 0, beside a line that bends where the drive has a step and
-    breaks where the load has one; shape as ``since``."""
+    """The weights by which samples sum up to the step at 0, beside a line that bends, and goes on bending, where the
+    drive has a step, and breaks where the load has one; shape as ``since``."""
     ways = [np.ones(since.size), since, since >= 0.0]
     ways += [np.maximum(since - at, 0.0) for at in (*switched, *loaded)]
+    ways += [np.maximum(since - at, 0.0) ** 2 for at in switched]
     ways += [since >= at for at in loaded]
     return np.asarray(np.linalg.pinv(np.column_stack(ways))[2])
 

@@ -25,4 +25,5 @@ EFFECT = Effect(
     parameters=(Parameter('o', 0.5, 'K', -30.0, 30.0, 'offset', 'estimated: 0.1 to 1 K'),),
     hooks={'sensor': sensor},
     strength='o',
+    circumstance=True,  # a cold junction is off by another amount after each start
 )
