@@ -59,7 +59,8 @@ class Candidate:
         return self.gain - PER_PARAMETER * len(EFFECTS[self.effect].fitted) * max(len(self.own), 1)
 
     def starts(self) -> 'list[Candidate]':
-        """Where a refit may start: as far as the linear approximation goes, and less far; and at the usual strength.
+        """Where a refit may start: as far as the linear approximation goes, and less far; at the usual strength and
+        beyond.
 
         A weight that swings has no other mass than its own: half of it fits worse than none.
         """
@@ -67,16 +68,22 @@ class Candidate:
         key = f'{self.effect}.{definition.strength}'
         usual = abs(SPECIFICATIONS[key].value - definition.none)
 
-        def less(values: dict[str, float], share: float | None) -> dict[str, float]:
+        low, high = SPECIFICATIONS[key].low, SPECIFICATIONS[key].high
+
+        def moved(values: dict[str, float], share: float, of_usual: bool) -> dict[str, float]:
             reached = values[key] - definition.none
-            moved = float(np.copysign(usual, reached)) if share is None else share * reached
-            return {**values, key: definition.none + moved}
+            change = share * (float(np.copysign(usual, reached)) if of_usual else reached)
+            return {**values, key: min(max(definition.none + change, low), high)}
 
         return [
-            replace(self, values=less(values, share), own=tuple(less(own, share) for own in self.own))
+            replace(
+                self,
+                values=moved(values, share, of_usual),
+                own=tuple(moved(own, share, of_usual) for own in self.own),
+            )
             for values in (self.values, self.second)
             if values is not None
-            for share in (1.0, 0.4, 0.1, None)
+            for share, of_usual in ((1.0, False), (0.4, False), (0.1, False), (1.0, True), (_APART, True))
         ]
 
 

@@ -7,11 +7,15 @@ change of an input, so that its exact step answers for any rate.
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tcp_muscle_ros.muscle import Outputs, Parameters, simulate
 from tcp_muscle_ros.muscle.arrays import Array, Mask
+
+if TYPE_CHECKING:
+    from tcp_muscle_ros.diagnosis.late import Late
 
 FOLLOWS_SETPOINT = 'follows_setpoint'  # in Experiment.known: a setpoint of the displacement was recorded
 _HOTTER = 20.0  # K: the fibre than its thermometer, at most
@@ -155,12 +159,15 @@ class Experiment:
         observed = {name: o.only(o.time <= end) for name, o in self.observed.items()}
         return replace(self, imposed=imposed, observed=observed)
 
-    def shown(self, outputs: Outputs) -> dict[str, Array]:
-        """The model's outputs at the instants of each observed channel, less what slips took."""
-        shown = {
-            name: np.interp(channel.time, outputs.time, getattr(outputs, name))
-            for name, channel in self.observed.items()
-        }
+    def shown(self, outputs: Outputs, late: 'Late | None' = None) -> dict[str, Array]:
+        """The model's outputs at the instants of each observed channel, read ``late`` where it is, less what slips
+        took."""
+        shown = {}
+        for name, channel in self.observed.items():
+            if late is not None and late.channel == name:
+                shown[name] = late.seen(self.imposed, getattr(outputs, name), channel)
+            else:
+                shown[name] = np.interp(channel.time, outputs.time, getattr(outputs, name))
         for slip in self.slips:
             if slip.channel in shown:
                 shown[slip.channel] -= slip.size * slip.after(self.observed[slip.channel].time)

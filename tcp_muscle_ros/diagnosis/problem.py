@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis import late
 from tcp_muscle_ros.diagnosis.discrepancy import expected, whitening_of
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.noise import Noise
@@ -69,20 +70,21 @@ class Problem:
         return self.parameters.replace(mine)
 
     def outputs(self, values: Values, recording: int) -> Outputs:
-        """The model's outputs under the inputs of one recording."""
+        """The model's outputs under the inputs of one recording; no channel is late in them."""
         experiment = self.experiments[recording]
         ambient = values.get((AMBIENT, recording))
         if ambient is not None:
             imposed = replace(experiment.imposed, ambient=np.full(experiment.imposed.time.size, ambient))
             experiment = replace(experiment, imposed=imposed)
-        muscle = self.muscle(values, recording)
+        muscle, _ = late.taken_out(self.muscle(values, recording))
         self.work.add(_steps(muscle, experiment))
         return experiment.outputs(muscle, values.get((START, recording)), _RESOLUTION)
 
     def predict(self, values: Values, recording: int) -> Shown:
         """What the model shows in one recording at the observed instants (SI)."""
         outputs = self.outputs(values, recording)
-        return self.experiments[recording].shown(outputs) | {_MELTING: _beyond_melting(outputs)}
+        _, behind = late.taken_out(self.muscle(values, recording))
+        return self.experiments[recording].shown(outputs, behind) | {_MELTING: _beyond_melting(outputs)}
 
     def predictions(self, z: Array) -> list[Shown]:
         """What the model shows in every recording."""

@@ -25,15 +25,17 @@ NOMINAL = Parameters.named('karami_tadesse_2017')
 SEED = 4711
 
 
-def recorded(folder, number, kind, what, seed=SEED):
-    case = make_case('development', seed, number, kind, what)
+def recorded(folder, number, kind, what, seed=SEED, suite='development', change=None):
+    case = make_case(suite, seed, number, kind, what)
+    if change:
+        change(case)
     write_case(case, folder)
     return [prepare(read_bag(bag), NOMINAL, most=800) for bag in sorted((folder / case.name).glob('recording_*'))]
 
 
 @pytest.fixture
 def diagnosed(tmp_path):
-    return lambda *case: diagnose(recorded(tmp_path, *case), NOMINAL)
+    return lambda *case, **how: diagnose(recorded(tmp_path, *case, **how), NOMINAL)
 
 
 @pytest.mark.slow
@@ -50,6 +52,24 @@ def test_a_lagging_thermometer_is_a_sensor_and_not_physics(diagnosed):
     found = diagnosed(2, 'decoy', 'thermocouple_lag')
     assert found.verdict in ('sensor_or_setup', 'wrong_parameters', 'match')
     assert all(f.stage == 'sensor' for f in found.findings)
+
+
+@pytest.mark.slow
+def test_a_laser_that_is_late_is_no_second_node(diagnosed):
+    """The suites' own decoy is a late thermometer."""
+
+    def late_laser(case):
+        case.bench.delay['displacement'] = case.bench.delay.pop('temperature')
+
+    found = diagnosed(4, 'decoy', 'clock_skew', 5150, change=late_laser)
+    assert [f.effect for f in found.findings] == ['clock_skew']
+    assert found.findings[0].parameters['channel'].value == 1.0
+
+
+@pytest.mark.slow
+def test_a_thermometer_that_is_off_by_another_amount_each_time_is_a_sensor(diagnosed):
+    found = diagnosed(54, 'decoy', 'temperature_offset', 11, 'varied')
+    assert [f.effect for f in found.findings] == ['temperature_offset']
 
 
 @pytest.mark.slow

@@ -34,7 +34,7 @@ def test_an_effect_far_weaker_than_usual_is_seen_by_the_screening():
 
 def test_a_choice_is_tried_and_never_fitted():
     tried = variants('clock_skew', 210.0)
-    assert {values['clock_skew.channel'] for values in tried} == {0.0, 1.0, 2.0}
+    assert {values['clock_skew.channel'] for values in tried} == {0.0, 1.0, 2.0, 3.0}
     late = TRUE.replace({'clock_skew.d': 0.4, 'clock_skew.channel': 1.0}).with_effects('clock_skew')
     assert [u.name for u in effect_unknowns('clock_skew', late)] == ['clock_skew.d', 'clock_skew.r']
     fitted = calibrated(late)

@@ -114,3 +114,17 @@ def test_a_step_together_with_an_inputs_is_neither(calibrated):
     changed = stepped(calibrated, [(float(at), -0.4e-3) for at in steps[1:5:2]])
     assert slipped(changed) is None
     assert leapt(changed) is None
+
+
+def test_what_falls_steeply_after_a_switch_does_not_slip(calibrated):
+    """As a muscle does that is softer when it is hot, the more the more it carries."""
+    _, steps = calm(calibrated)
+    first, *others = calibrated.problem.experiments
+    seen = first.observed['displacement']
+    away = np.zeros(seen.time.size)
+    for k, (on, off) in enumerate(zip(steps[::2], steps[1::2], strict=False)):
+        risen = np.clip((seen.time - on) / (off - on), 0.0, 1.0)
+        away += 1.5e-3 * (k + 1) * risen * np.exp(-np.maximum(seen.time - off, 0.0) / 2.0)
+    first = replace(first, observed={**first.observed, 'displacement': replace(seen, value=seen.value + away)})
+    changed = refitted(calibrated, replace(calibrated.problem, experiments=(first, *others)))
+    assert slipped(changed) is None

@@ -592,7 +592,7 @@ def test_clock_skew_is_a_pure_delay(rate_hz, delay):
 
 
 @pytest.mark.parametrize(
-    ('number', 'channel', 'end'), [(1, 'displacement', 'load'), (2, 'resistance', 'load'), (1, 'force', 'blocked')]
+    ('number', 'channel', 'end'), [(1, 'displacement', 'load'), (2, 'resistance', 'load'), (3, 'force', 'blocked')]
 )
 def test_any_channel_may_come_from_a_clock_that_is_late_and_slow(number, channel, end):
     time, on = protocol(20.0, 60.0)

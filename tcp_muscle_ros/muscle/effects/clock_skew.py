@@ -2,8 +2,8 @@
 
     ym(t) = y(t - d - r t)
 
-y is the temperature, the displacement (of blocked ends the force) or the resistance; d a delay, r the pace at which
-that clock falls behind. Of the last values 32 at least (d + r t)/30 apart are kept and read with straight lines between
+y is the temperature, the displacement, the resistance or the force; d a delay, r the pace at which that clock falls
+behind. Of the last values 32 at least (d + r t)/30 apart are kept and read with straight lines between
 them: over edges the delay is right to a thirtieth of itself, or to the sample. A jump with the load stays a jump.
 """
 
@@ -12,9 +12,7 @@ from tcp_muscle_ros.muscle.compiled import inner
 from tcp_muscle_ros.muscle.effects.effect import Effect
 from tcp_muscle_ros.muscle.parameter import Parameter
 from tcp_muscle_ros.muscle.quantities import (
-    COMPLIANCE,
     FORCE,
-    HELD,
     LENGTH,
     PRESENT_TEMPERATURE,
     RESISTANCE,
@@ -28,17 +26,19 @@ from tcp_muscle_ros.muscle.quantities import (
 
 KEPT = 32
 JUMP = 1e-4  # of the length or the force
-CHANNELS = ('temperature', 'displacement', 'resistance')
+CHANNELS = ('temperature', 'displacement', 'resistance', 'force')
 
 
 @inner
 def _present(q: Array, c: Array) -> float:
     """What the channel would show without a delay."""
     value: float = q[PRESENT_TEMPERATURE]
-    if c[2] > 1.5:
+    if c[2] > 2.5:
+        value = q[FORCE]
+    elif c[2] > 1.5:
         value = q[RESISTANCE] + q[SERIES]
     elif c[2] > 0.5:
-        value = q[FORCE] if q[HELD] > 0.0 and q[COMPLIANCE] == 0.0 else q[LENGTH]
+        value = q[LENGTH]
     return value
 
 
@@ -67,13 +67,12 @@ def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
                     value = kept + (value - kept) * (wanted - then) / (later - then)
                 break
             later, value = then, kept
-    if c[2] > 1.5:
+    if c[2] > 2.5:
+        q[SHOWN_FORCE] += value - present
+    elif c[2] > 1.5:
         q[SHOWN_RESISTANCE] += value - present
     elif c[2] > 0.5:
-        if q[HELD] > 0.0 and q[COMPLIANCE] == 0.0:
-            q[SHOWN_FORCE] += value - present
-        else:
-            q[SHOWN_LENGTH] += value - present
+        q[SHOWN_LENGTH] += value - present
     else:
         q[SHOWN_TEMPERATURE] = value
 
@@ -87,7 +86,7 @@ def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 def begin(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Keep both sides of a jump of the length or the force."""
-    if 0.5 < c[2] < 1.5 and q[TIME] == s[0] and q[TIME] > s[1]:
+    if (0.5 < c[2] < 1.5 or c[2] > 2.5) and q[TIME] == s[0] and q[TIME] > s[1]:
         present = _present(q, c)
         if abs(present - s[KEPT]) > JUMP * abs(s[KEPT]):
             _push(q[TIME], present, s)
@@ -113,7 +112,8 @@ EFFECT = Effect(
         Parameter('d', 0.2, 's', 0.0, 5.0, 'delay of one channel', 'estimated: 0.05 to 0.5 s'),
         Parameter('r', 0.0, '1', 0.0, 5e-3, 'pace at which its clock falls behind', 'quartz 1e-4, a busy logger 1e-3'),
         Parameter(
-            'channel', 0.0, '1', 0.0, 2.0, 'which: 0 temperature, 1 displacement, 2 resistance', 'a free choice',
+            'channel', 0.0, '1', 0.0, 3.0, 'which: 0 temperature, 1 displacement, 2 resistance, 3 force',
+            'a free choice',
             choices=CHANNELS, fitted=False,
         ),
     ),

@@ -1,8 +1,9 @@
-"""S-04 displacement drift: the laser warms up, or its stand does.
+"""S-04 displacement drift: the laser warms up, or its stand sways with the room.
 
-    xm = x + r t
+    xm = x + r t (1 + (1 - z) (b + c (1 - 2 z))),   z = min(t / tau, 1)
 
-0.1 to 1 mm in 200 s.
+0.1 to 1 mm in 200 s: at the mean rate r, by way of a bow b and a swing c. Without them it is a ramp; with b = 1 it
+slows down to its end as a laser does that warms up.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
@@ -13,17 +14,24 @@ from tcp_muscle_ros.muscle.quantities import SHOWN_LENGTH, TIME
 
 def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """A displacement that grows is a length that falls."""
-    q[SHOWN_LENGTH] -= c[0] * q[TIME]
+    z = min(q[TIME] / c[3], 1.0)
+    q[SHOWN_LENGTH] -= c[0] * q[TIME] * (1.0 + (1.0 - z) * (c[1] + c[2] * (1.0 - 2.0 * z)))
 
 
 EFFECT = Effect(
     name='displacement_drift',
     row='S-04',
     stage='sensor',
-    equation='xm = x + r t',
+    equation='xm = x + r t (1 + (1 - z) (b + c (1 - 2 z))), z = t / tau',
     source='warm-up of laser sensors',
-    parameters=(Parameter('r', 2.5e-6, 'm/s', -1e-3, 1e-3, 'drift', 'estimated: 0.1 to 1 mm in 200 s'),),
+    parameters=(
+        Parameter('r', 2.5e-6, 'm/s', -1e-3, 1e-3, 'mean drift', 'estimated: 0.1 to 1 mm in 200 s'),
+        Parameter('b', 0.0, '1', -20.0, 20.0, 'bow on the way, over the drift in all', 'a free choice'),
+        Parameter('c', 0.0, '1', -40.0, 40.0, 'swing on the way, over the drift in all', 'a free choice'),
+        Parameter('tau', 200.0, 's', 10.0, 1e5, 'how long it bends', 'estimated: minutes', fitted=False),
+    ),
     hooks={'sensor': sensor},
     strength='r',
     circumstance=True,
+    whole='tau',
 )

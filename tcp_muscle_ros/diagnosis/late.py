@@ -1,0 +1,60 @@
+"""A channel that is late, as a diagnosis sees it: what it shows is a mean over several samples.
+
+Such a mean holds the kink that a delayed edge makes wherever it falls, which the value in the middle does not. So the
+model is run without the delay, whose edges fall on instants that are known, and read late afterwards.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.experiment import Imposed, Observed
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.effects.clock_skew import CHANNELS, EFFECT
+
+_SAMPLES = 12  # at most, by which a mean is taken
+_JUMPING = ('displacement', 'force')  # with the load
+
+
+@dataclass(frozen=True)
+class Late:
+    """Which channel is late: by ``delay`` (s) and a share ``pace`` of the time since the start (S-05)."""
+
+    channel: str
+    delay: float
+    pace: float
+
+    def seen(self, imposed: Imposed, shown: Array, observed: Observed) -> Array:
+        """What is shown at ``imposed.time``, read late and averaged as it was observed, shape as ``observed.time``."""
+        time, shown = _with_both_sides(imposed, shown) if self.channel in _JUMPING else (imposed.time, shown)
+        instants = _samples(observed)
+        return np.asarray(np.interp(instants - self.delay - self.pace * instants, time, shown).mean(axis=1))
+
+
+def taken_out(muscle: Parameters) -> tuple[Parameters, Late | None]:
+    """The muscle without a late channel, and which one it is."""
+    if EFFECT.name not in muscle.effects:
+        return muscle, None
+    delay, pace, channel = (muscle[f'{EFFECT.name}.{name}'] for name in ('d', 'r', 'channel'))
+    return muscle.only_effects(e for e in muscle.effects if e != EFFECT.name), Late(
+        CHANNELS[round(channel)], delay, pace
+    )
+
+
+def _samples(observed: Observed) -> Array:
+    """The instants of the samples that were averaged, or of as many as do, shape (m, samples)."""
+    usual = max(float(np.median(observed.count)), 1.0) if observed.count.size else 1.0
+    period = float(np.median(np.diff(observed.time))) / usual if observed.time.size > 1 else 0.0
+    some = min(round(usual), _SAMPLES)
+    across = (np.arange(some) + 0.5) / some - 0.5
+    return np.asarray(observed.time[:, None] + period * observed.count[:, None] * across)
+
+
+def _with_both_sides(imposed: Imposed, shown: Array) -> tuple[Array, Array]:
+    """Time and what is shown, with what was shown just before each step of the load."""
+    steps = np.flatnonzero(np.diff(imposed.load) != 0.0) + 1
+    steps = steps[steps > 1]
+    slope = (shown[steps - 1] - shown[steps - 2]) / np.maximum(imposed.time[steps - 1] - imposed.time[steps - 2], 1e-9)
+    before = shown[steps - 1] + slope * (imposed.time[steps] - imposed.time[steps - 1])
+    return np.insert(imposed.time, steps, imposed.time[steps] - 1e-9), np.insert(shown, steps, before)

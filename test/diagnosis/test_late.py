@@ -1,0 +1,47 @@
+"""A channel that is late, beside the effect itself run at the pace of the samples."""
+
+import numpy as np
+import pytest
+from diagnosis.made import NOMINAL
+
+from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Observed
+from tcp_muscle_ros.diagnosis.late import taken_out
+from tcp_muscle_ros.muscle import simulate
+
+SAMPLE, AVERAGED = 0.05, 6
+
+
+def averaged(values):
+    return values.reshape(-1, AVERAGED).mean(axis=1)
+
+
+@pytest.mark.parametrize(('number', 'channel'), [(0, 'temperature'), (1, 'displacement')])
+@pytest.mark.parametrize('delay', [0.08, 0.31, 1.1])
+def test_means_over_samples_are_those_of_the_late_samples(number, channel, delay):
+    """Edges of the drive and of the load, and the kinks and jumps that they make later, inside of means."""
+    time = SAMPLE * np.arange(120 * 20)
+    drive = np.where(np.mod(time, 30.0) < 12.0, 0.27, 0.0)
+    load = np.where(np.mod(time, 48.0) < 24.0, 0.4, 0.9)
+    skew = {'clock_skew.d': delay, 'clock_skew.r': 5e-4, 'clock_skew.channel': float(number)}
+    muscle = NOMINAL.replace(skew).with_effects('clock_skew')
+    samples = getattr(simulate(muscle, time, drive, load=load), channel)
+
+    middle = averaged(time)
+    edges = time[1:][(np.diff(drive) != 0.0) | (np.diff(load) != 0.0)]
+    instants = np.unique(np.concatenate([[0.0], middle, edges]))
+    at = np.searchsorted(time, instants + 1e-9, side='right') - 1
+    imposed = Imposed('current', instants, drive[at], load[at], np.full(instants.size, NOMINAL['T0']))
+    seen = {channel: Observed(middle, averaged(samples), np.full(middle.size, float(AVERAGED)))}
+    experiment = Experiment('late', imposed, Holding('load', 0.4), seen)
+    plain, late = taken_out(muscle)
+    outputs = experiment.outputs(plain)
+    off = experiment.shown(outputs, late)[channel] - seen[channel].value
+    size = np.ptp(samples)
+    assert late.channel == channel
+    assert float(np.sqrt(np.mean(off**2))) < 5e-4 * size
+    assert float(np.sqrt(np.mean((experiment.shown(outputs)[channel] - seen[channel].value) ** 2))) > 5e-3 * size
+
+
+def test_where_none_is_late_nothing_is_taken_out():
+    muscle = NOMINAL.with_effects('thermocouple_lag')
+    assert taken_out(muscle) == (muscle, None)
