@@ -2,6 +2,7 @@
 
 import ast
 import dataclasses
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -143,30 +144,24 @@ def sizes_of(seen: Signals, plain: Signals) -> list[float]:
 
 @pytest.mark.parametrize('name', CONCEALED)
 def test_the_third_form_is_as_strong_as_the_others(name):
-    found = []
-    for form in range(3):
-        sizes = []
-        for protocol in dict.fromkeys(EFFECTS[name].shown_by):
-            rng = np.random.default_rng(3)
-            done = experiment(draw_lab(rng, Body(), plain=True), protocol, rng)
-            plain = observe(Bench.of(Body()), done)
-            sizes += [max(sizes_of(observe(changed(name, 0.5, form, seed), done), plain)) for seed in (5, 6, 7)]
-        found.append(float(np.median(sizes)))
+    rng = np.random.default_rng(3)
+    done = experiment(draw_lab(rng, Body(), plain=True), EFFECTS[name].shown_by[0], rng)
+    plain = observe(Bench.of(Body()), done)
+    found = [max(sizes_of(observe(changed(name, 0.5, form), done), plain)) for form in range(3)]
     assert 0.4 * min(found[:2]) < found[2] < 2.5 * max(found[:2]), found
 
 
-@pytest.mark.parametrize(('one', 'two'), [(0, 1), (0, 2), (1, 2)])
-def test_no_two_forms_of_an_effect_are_the_same_thing(one, two):
+def test_no_two_forms_of_an_effect_are_the_same_thing():
     loads = (0.5, 0.12, 1.2)
     done = steps(*(step for F in loads for step in (Step(30.0, 0.27, F), Step(30.0, 0.0, F), Step(30.0, 0.2, F))))
     plain = observe(Bench.of(Body()), done)
     for name in PHYSICS:
         differences = [
             np.column_stack([(getattr(s, c) - getattr(plain, c)) / NOISE[c] for c in NOISE]).ravel()
-            for s in (observe(changed(name, 0.8, form), done) for form in (one, two))
+            for s in (observe(changed(name, 0.8, form), done) for form in range(3))
         ]
-        cosine = differences[0] @ differences[1] / np.prod([np.linalg.norm(d) for d in differences])
-        assert cosine < 0.99999, name
+        for one, two in combinations(differences, 2):
+            assert one @ two / (np.linalg.norm(one) * np.linalg.norm(two)) < 0.99999, name
 
 
 @pytest.mark.parametrize(
