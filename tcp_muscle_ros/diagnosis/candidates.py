@@ -120,7 +120,8 @@ def variants(
     definition = EFFECTS[effect]
     usual = {f'{effect}.{row.name}': row.value for row in definition.parameters}
     if definition.whole:
-        usual[f'{effect}.{definition.whole}'] = duration
+        key = f'{effect}.{definition.whole}'
+        usual[key] = min(max(duration, SPECIFICATIONS[key].low), SPECIFICATIONS[key].high)
     if definition.moments:
         begin, span = (f'{effect}.{name}' for name in definition.moments)
         return [{**usual, begin: at * duration, span: long * duration} for at in _BEGINS for long in _SPANS]

@@ -7,7 +7,7 @@ from tcp_muscle_ros.diagnosis.candidates import screen
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Fold, Gain, conditions, confirmation, stretches
-from tcp_muscle_ros.diagnosis.rivals import Rival, penalised, prefer, rivals_for, shrink
+from tcp_muscle_ros.diagnosis.rivals import Rival, begins, penalised, prefer, rivals_for, shrink
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, robust_noise, settle_noise, structures
 from tcp_muscle_ros.muscle import EFFECTS
 
@@ -104,7 +104,7 @@ def revise(
             ranked, _signals = screen(bare, pool, progress)
             most = _REVISED if len(bare.problem.unknowns) <= _MANY else 1
             found = rivals_for(bare, ranked, progress, most, known)
-            rivals = [r for r in found if r.effect != effect]
+            rivals = [r for r in found if r.effect != effect and begins(r)]
             rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)
             drop = penalised(bare) - min(r.score for r in rivals)
             if drop < THRESHOLD:

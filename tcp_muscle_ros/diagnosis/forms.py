@@ -68,7 +68,7 @@ def _bent(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
             if size > _NOTHING * plain.noise[name].sigma:
                 smooth = _smooth(drivers(experiment, outputs, observed.time), knots)
                 bent = [signature[:, None] * smooth, size * smooth]
-                if EFFECTS[effect].circumstance:
+                if EFFECTS[effect].whole or EFFECTS[effect].moments:
                     bent.append(size * _moments(observed.time))
                 ways[name] = FORM * np.hstack(bent)
         found.append(ways)

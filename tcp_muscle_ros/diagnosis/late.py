@@ -1,7 +1,8 @@
 """A channel that is late, as a diagnosis sees it: what it shows is a mean over several samples.
 
 Such a mean holds the kink that a delayed edge makes wherever it falls, which the value in the middle does not. So the
-model is run without the delay, whose edges fall on instants that are known, and read late afterwards.
+model is run without the delay, whose edges fall on instants that are known, and what it shows in the end, whatever else
+its sensors do to it, is read late afterwards.
 """
 
 from dataclasses import dataclass
@@ -26,10 +27,17 @@ class Late:
     pace: float
 
     def seen(self, imposed: Imposed, shown: Array, observed: Observed) -> Array:
-        """What is shown at ``imposed.time``, read late and averaged as it was observed, shape as ``observed.time``."""
+        """What is shown at ``imposed.time``, read late where it was observed, shape as ``observed.time``.
+
+        A mean over late samples differs from the value in the middle of present ones by as much as from their mean: so
+        a delay of nothing is nothing.
+        """
+        middle = np.interp(observed.time, imposed.time, shown)
         time, shown = _with_both_sides(imposed, shown) if self.channel in _JUMPING else (imposed.time, shown)
         instants = _samples(observed)
-        return np.asarray(np.interp(instants - self.delay - self.pace * instants, time, shown).mean(axis=1))
+        behind = self.delay + self.pace * (instants - imposed.time[0])
+        change = np.interp(instants - behind, time, shown) - np.interp(instants, time, shown)
+        return np.asarray(middle + change.mean(axis=1))
 
 
 def taken_out(muscle: Parameters) -> tuple[Parameters, Late | None]:
@@ -44,11 +52,13 @@ def taken_out(muscle: Parameters) -> tuple[Parameters, Late | None]:
 
 def _samples(observed: Observed) -> Array:
     """The instants of the samples that were averaged, or of as many as do, shape (m, samples)."""
-    usual = max(float(np.median(observed.count)), 1.0) if observed.count.size else 1.0
-    period = float(np.median(np.diff(observed.time))) / usual if observed.time.size > 1 else 0.0
-    some = min(round(usual), _SAMPLES)
-    across = (np.arange(some) + 0.5) / some - 0.5
-    return np.asarray(observed.time[:, None] + period * observed.count[:, None] * across)
+    if not observed.time.size:
+        return np.zeros((0, 1))
+    period = float(np.median(np.diff(observed.time) / observed.count[1:])) if observed.time.size > 1 else 0.0
+    some = int(min(observed.count.max(), _SAMPLES))
+    count = observed.count[:, None]
+    nth = np.floor((np.arange(some) + 0.5) / some * count)  # of its own samples
+    return np.asarray(observed.time[:, None] + period * (nth + 0.5 - 0.5 * count))
 
 
 def _with_both_sides(imposed: Imposed, shown: Array) -> tuple[Array, Array]:

@@ -8,12 +8,12 @@ from tcp_muscle_ros.diagnosis.company import THRESHOLD, Contest, share
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import confirmation
-from tcp_muscle_ros.diagnosis.rivals import CONTEST, Rival, own, penalised, prefer, rescored, rivals_for
+from tcp_muscle_ros.diagnosis.rivals import CONTEST, Rival, begins, own, penalised, prefer, rescored, rivals_for
 from tcp_muscle_ros.muscle import EFFECTS
 
 _LEAST_SHARE = 0.08  # of what is left, that an effect takes away
 _TRIES = 4
-_ANYWHERE = 2.0  # times the usual drop: a circumstance may begin and end anywhere
+_ANYWHERE = 2.0  # times the usual drop: what may begin and end anywhere, or differs from recording to recording
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def pick(
     bare = penalised(present)
     refitted = {r.effect: bare - r.score for r in rivals}
     rejected: list[str] = []
-    rivals = every = [r for r in rivals if bare - r.score >= _least_drop(r)]
+    rivals = every = [r for r in rivals if bare - r.score >= _least_drop(r) and begins(r)]
     for _ in range(_TRIES):
         if not rivals:
             break

@@ -18,7 +18,8 @@ AMBIGUOUS = 6.0
 ALIKE = 0.12
 FORM = 0.25  # of what an effect does: as far as its listed form is usually told from the muscle's own
 CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
-_FAR = 2.5  # times its usual strength: farther off is hardly ever a sensor that works
+# Times its usual strength: farther off is hardly ever a sensor that works; and beyond any that is in use.
+_FAR, _BEYOND_USE = 2.5, 10.0
 _FAINT = 0.1  # of its usual strength: less, or the other way round, is hardly what is known of the fibre
 _NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from its middle
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
@@ -88,7 +89,7 @@ def rivals_for(
     also: Collection[str] = (),
 ) -> list[Rival]:
     """Refit the most promising candidates on top of a fit, and those of ``also``, best first; those that soon lag
-    behind what they and others promise not to the end. One that begins where the muscle never was is none."""
+    behind what they and others promise not to the end."""
     promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
     promising += [c for c in ranked if c.effect in also and c not in promising]
     found = []
@@ -107,10 +108,10 @@ def rivals_for(
             begun = rival.fit
             fitted = fit(begun.problem, begun.z, rounds=40, tolerance=1e-5, known=begun.rough_slopes)
             found[k] = Rival(rival.effect, fitted, penalised(fitted))
-    return sorted((r for r in found if _begins(r)), key=lambda r: r.score)
+    return sorted(found, key=lambda r: r.score)
 
 
-def _begins(rival: Rival) -> bool:
+def begins(rival: Rival) -> bool:
     """Whether the muscle crosses, or nearly, what the effect needs it to cross: else it is another one in disguise."""
     for row in EFFECTS[rival.effect].fitted:
         if row.crossed:
@@ -140,15 +141,15 @@ def rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
 def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     """The best model; among those that it does not beat, the simplest.
 
-    A sensor that is off as its cause never makes it is none of them where physics as it is known explains the same. The
-    simplest is one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any
-    ever is, and physics as it is known would do), then what is expected of the fibre, then the fewest parameters. In
-    one stage, where form decides, a form with more parameters follows another's by what it may bend: it must be more
-    than alike to win. ``bare`` is the score without any of them.
+    A sensor that is off as none in use is none of them where physics as it is known explains the same. The simplest is
+    one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any ever is, and
+    physics as it is known would do), then what is expected of the fibre, then the fewest parameters. In one stage,
+    where form decides, a form with more parameters follows another's by what it may bend: it must be more than alike to
+    win. ``bare`` is the score without any of them.
     """
     best = min(r.score for r in rivals)
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
-        rivals = [r for r in rivals if not _wrong_way(r)]
+        rivals = [r for r in rivals if not _beyond_belief(r)]
         best = min(r.score for r in rivals)
     close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
     known = any(_known(r) for r in close)
@@ -175,14 +176,20 @@ def _known(rival: Rival) -> bool:
     return EFFECTS[rival.effect].stage != 'sensor' and _strength(rival) >= _FAINT
 
 
-def _wrong_way(rival: Rival) -> bool:
-    """Whether it is off as its cause never makes it."""
-    return EFFECTS[rival.effect].one_way and _strength(rival) < 0.0
+def _beyond_belief(rival: Rival) -> bool:
+    """Whether it is a sensor that is off as none that is in use: so far, or as its cause never makes it."""
+    effect, strength = EFFECTS[rival.effect], _strength(rival)
+    return effect.stage == 'sensor' and (abs(strength) > _BEYOND_USE or (effect.one_way and strength < 0.0))
 
 
 def _strength(rival: Rival) -> float:
-    """Of an effect, in the strength that it usually has; of a circumstance, which has no usual sign, the size."""
+    """Of an effect, in the strength that it usually has; of a circumstance, which has no usual sign, the size (the
+    median of its recordings)."""
     definition = EFFECTS[rival.effect]
     key = f'{rival.effect}.{definition.strength}'
-    strength = (rival.fit.muscle[key] - definition.none) / (SPECIFICATIONS[key].value - definition.none)
+    usual = SPECIFICATIONS[key].value - definition.none
+    if own(rival):
+        each = [abs(value - definition.none) for (name, _), value in rival.fit.values.items() if name == key]
+        return float(np.median(each)) / abs(usual)
+    strength = (rival.fit.muscle[key] - definition.none) / usual
     return abs(strength) if definition.circumstance else strength

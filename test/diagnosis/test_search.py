@@ -32,6 +32,13 @@ def test_an_effect_far_weaker_than_usual_is_seen_by_the_screening():
     assert ranked[0].gain > 0.5 * (fitted.objective - grown.objective)
 
 
+@pytest.mark.parametrize('duration', [4.0, 2e5])
+def test_what_is_as_long_as_a_recording_stays_within_its_bounds(duration):
+    for effect in ('ambient_drift', 'displacement_drift'):
+        for values in variants(effect, duration):
+            assert NOMINAL.replace(values)
+
+
 def test_a_choice_is_tried_and_never_fitted():
     tried = variants('clock_skew', 210.0)
     assert {values['clock_skew.channel'] for values in tried} == {0.0, 1.0, 2.0, 3.0}

@@ -127,12 +127,15 @@ def test_a_sensor_goes_before_physics_unless_it_is_off_as_none_is(softened):
         assert prefer([as_rival(softened, 'shear_softening', 1000.0, b=b), far], 100_000.0).effect == far.effect
 
 
-def test_a_stem_that_heats_the_thermometer_gives_way_to_physics_that_explains_the_same(softened):
+def test_a_sensor_that_is_off_as_none_in_use_gives_way_to_physics_that_explains_the_same(softened):
+    """By 10 K, or by a stem that heats the thermometer."""
     physics = as_rival(softened, 'shear_softening', 2000.0, b=0.4)
+    useless = as_rival(softened, 'temperature_offset', 1000.0, o=9.9)
+    assert prefer([physics, useless], 100_000.0).effect == 'shear_softening'
     cooler, hotter = (as_rival(softened, 'thermocouple_gain', 1000.0, g=g) for g in (0.93, 1.08))
     assert prefer([physics, cooler], 100_000.0).effect == 'thermocouple_gain'
     assert prefer([physics, hotter], 100_000.0).effect == 'shear_softening'
-    assert prefer([physics, hotter], 10_000.0).effect == 'thermocouple_gain'  # the same: not a ninth less
+    assert prefer([physics, hotter], 8_000.0).effect == 'thermocouple_gain'  # the same: not a seventh less
     assert prefer([as_rival(softened, 'shear_softening', 2000.0, b=0.02), hotter], 100_000.0).effect == hotter.effect
 
 
@@ -144,7 +147,7 @@ def test_unseen_data_are_asked_where_physics_acts_and_for_a_sensor_everywhere(so
 
 def test_of_two_forms_that_are_alike_the_simpler_is_named(softened):
     flexible = as_rival(softened, 'latent_heat', 1000.0, c=0.02)
-    alike, unlike = (as_rival(softened, 'radiation', score, eps=0.1) for score in (1500.0, 1700.0))
+    alike, unlike = (as_rival(softened, 'radiation', score, eps=0.1) for score in (1500.0, 2500.0))
     assert prefer([flexible, alike], 11_000.0).effect == 'radiation'
     assert prefer([flexible, unlike], 11_000.0).effect == 'latent_heat'
 

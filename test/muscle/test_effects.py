@@ -580,6 +580,17 @@ def test_current_gain_is_in_what_the_ammeter_shows(kind, drive, zero):
     assert run.temperature == pytest.approx(right.temperature, abs=1e-3 if kind == 'power' and zero else 1e-8)
 
 
+@pytest.mark.parametrize('drive', [0.001, 0.0031, 0.0035])
+def test_an_ammeter_whose_zero_is_as_large_as_the_current_neither_turns_it_round_nor_shows_any_resistance(drive):
+    """What flows has the sign of what is set, and what is shown stays near what is there."""
+    time = 0.05 * np.arange(40)
+    muscle = NOMINAL.replace({'current_gain.z': 0.003}).with_effects('current_gain')
+    run = simulate(muscle, time, drive, load=0.5884)
+    assert np.all(run.voltage >= 0.0)
+    assert np.all(run.temperature[1:] >= 296.15)
+    assert np.all((run.resistance > ohms(296.15) / 3.1) & (run.resistance < 3.1 * ohms(296.15)))
+
+
 @pytest.mark.parametrize('rate_hz', [20.0, 100.0])
 @pytest.mark.parametrize('delay', [0.05, 0.2, 0.3, 0.5])
 def test_clock_skew_is_a_pure_delay(rate_hz, delay):

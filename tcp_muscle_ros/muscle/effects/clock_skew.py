@@ -85,8 +85,9 @@ def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 
 def begin(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """Keep both sides of a jump of the length or the force."""
-    if (0.5 < c[2] < 1.5 or c[2] > 2.5) and q[TIME] == s[0] and q[TIME] > s[1]:
+    """Keep both sides of a jump of the length or the force, unless it jumps all the time."""
+    apart = (c[0] + c[1] * q[TIME]) / (KEPT - 2) * (1.0 - 1e-9)
+    if (0.5 < c[2] < 1.5 or c[2] > 2.5) and q[TIME] == s[0] and s[0] - s[1] >= apart:
         present = _present(q, c)
         if abs(present - s[KEPT]) > JUMP * abs(s[KEPT]):
             _push(q[TIME], present, s)

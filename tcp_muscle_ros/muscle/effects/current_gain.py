@@ -25,6 +25,8 @@ from tcp_muscle_ros.muscle.quantities import (
     TEMPERATURE,
 )
 
+_TOO_FAR = 3.0
+
 
 @inner
 def _offset_root(q: Array, c: Array, p: Array) -> float:
@@ -37,7 +39,8 @@ def surroundings(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """What is set by the wrong ammeter."""
     if q[COMMAND] != 0.0:
         if q[KIND] == CURRENT_SOURCE:
-            q[COMMAND] = c[0] * (q[COMMAND] - c[1])
+            flows = c[0] * (q[COMMAND] - c[1])
+            q[COMMAND] = flows if flows * q[COMMAND] > 0.0 else 0.0
         elif q[KIND] == POWER_SOURCE:
             offset = _offset_root(q, c, p)
             root = 0.5 * c[0] * (sqrt(offset * offset + 4.0 * q[COMMAND] / c[0]) - offset)
@@ -48,7 +51,8 @@ def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """What is read from it."""
     flows = q[CURRENT]
     shown = flows / c[0] + c[1]
-    if shown * flows > 0.0:
+    # Of a current that is as small as the zero nobody computes a resistance.
+    if shown * flows > 0.0 and _TOO_FAR > flows / shown > 1.0 / _TOO_FAR:
         q[SHOWN_RESISTANCE] *= flows / shown
     else:
         q[SHOWN_RESISTANCE] *= c[0]

@@ -3,7 +3,7 @@
     xm = x + r t (1 + (1 - z) (b + c (1 - 2 z))),   z = min(t / tau, 1)
 
 0.1 to 1 mm in 200 s: at the mean rate r, by way of a bow b and a swing c. Without them it is a ramp; with b = 1 it
-slows down to its end as a laser does that warms up.
+slows down to its end, at tau, as a laser does that warms up.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

@@ -3,7 +3,7 @@
     B -> B / (1 + b u),   or   B / (1 + b u^2 / u0),   u = F / (k0 H0), u0 = 0.2
 
 b = 1 of the first law is B = L0^2/H(F) with the length under load in place of H0 (equation 16): 8, 15, 22 % less at 30,
-60, 100 g. By the second the fall grows with the square of the load, and is the same at 100 g.
+60, 100 g. By the second the fall grows with the square of the load, and is the same at 70 g.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
@@ -13,7 +13,7 @@ from tcp_muscle_ros.muscle.quantities import FORCE, GAIN
 from tcp_muscle_ros.muscle.table import INDEX
 
 _K0, _H0 = INDEX['k0'], INDEX['H0']
-_OPENED = 0.2  # the share by which about 100 g opens the coil
+_OPENED = 0.2  # the share by which 70 g open the coil
 
 
 def contraction(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
