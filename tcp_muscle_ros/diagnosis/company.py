@@ -139,9 +139,10 @@ def confirm(
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare = shrink(present, effect)
         gain, looked_at = confirmation(bare, present)
-        rest = 0.0 if effect == SWINGS else OF_REST  # what a swing leaves of itself hides what it took
         apart = stands_apart(effect, accepted)
-        if gain.holds and (effect == strongest or good_company(calibrated, bare, present, rest, apart=apart)):
+        # What a swing leaves of itself hides what it took.
+        fits_in = effect in (strongest, SWINGS) or good_company(calibrated, bare, present, OF_REST, apart=apart)
+        if gain.holds and fits_in:
             standing[effect] = gain, largest_share(calibrated, bare, present)
             other_conditions &= looked_at[0].whole is not None
         else:

@@ -28,6 +28,7 @@ from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, confirmation, held_o
 from tcp_muscle_ros.diagnosis.picking import Picked, pick
 from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, calmed, settle_noise, structures, with_noise
+from tcp_muscle_ros.muscle import EFFECTS
 
 MOST_EFFECTS = 4
 _REVISIONS = 2
@@ -165,7 +166,9 @@ def _beside(
     if accepted:
         present = slips.further(present) if slipping else present
         found_structure = structures(present)
-        pool = [e for e in effects if e not in (*accepted, SWINGS)]
+        # What a swing leaves of itself, all that changes a stiffness or a length bends to.
+        hidden = EFFECTS[SWINGS].stage if SWINGS in accepted else None
+        pool = [e for e in effects if e not in (*accepted, SWINGS) and EFFECTS[e].stage != hidden]
         found = companions(present, accepted, pool, calibrated, most, progress)
         present, contests, standing = found.fit, contests | found.contests, standing | found.standing
         accepted += found.contests
