@@ -23,7 +23,9 @@ _FAR, _BEYOND_USE = 2.5, 10.0
 _FAINT = 0.1  # of its usual strength: less, or the other way round, is hardly what is known of the fibre
 _NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from its middle
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
-_BEATEN = 0.003  # of the best rival's drop: a model that misses so much more is beaten
+# Of the best rival's drop: a model that misses so much more is beaten; by what differs from recording to recording, and
+# bends to much, one that holds for all of them alike is not so soon.
+_BEATEN, _BENDING = 0.003, 0.04
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
 
 
@@ -151,7 +153,13 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
         rivals = [r for r in rivals if not _beyond_belief(r)]
         best = min(r.score for r in rivals)
-    close = [r for r in rivals if r.score - best < max(AMBIGUOUS, _BEATEN * (bare - best))]
+    bends = own(min(rivals, key=lambda r: r.score))
+
+    def beaten(rival: Rival) -> bool:
+        share = _BENDING if bends and not own(rival) else _BEATEN
+        return rival.score - best >= max(AMBIGUOUS, share * (bare - best))
+
+    close = [r for r in rivals if not beaten(r)]
     known = any(_known(r) for r in close)
 
     def order(rival: Rival) -> tuple[bool, int, bool, int, float]:

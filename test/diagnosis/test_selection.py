@@ -139,6 +139,18 @@ def test_a_sensor_that_is_off_as_none_in_use_gives_way_to_physics_that_explains_
     assert prefer([as_rival(softened, 'shear_softening', 2000.0, b=0.02), hotter], 100_000.0).effect == hotter.effect
 
 
+def test_what_each_recording_has_by_itself_must_explain_more(softened):
+    drift = {'displacement_drift.r': -2e-6}
+    each = Candidate('displacement_drift', drift, 0.0, 0.0, tuple(drift for _ in softened.problem.experiments))
+    problem = with_effect(softened.problem, each)
+    bends = fit(problem, np.concatenate([softened.z, problem.start()[softened.z.size :]]), rounds=1)
+    creep = as_rival(softened, 'creep', 4000.0, J=0.2)
+    assert prefer([creep, Rival('displacement_drift', bends, 1000.0)], 100_000.0).effect == 'creep'
+    assert prefer([creep, Rival('displacement_drift', bends, 1000.0)], 70_000.0).effect == 'displacement_drift'
+    alike = as_rival(softened, 'displacement_drift', 1000.0, r=-2e-6)
+    assert prefer([creep, alike], 100_000.0).effect == 'displacement_drift'
+
+
 def test_unseen_data_are_asked_where_physics_acts_and_for_a_sensor_everywhere(softened):
     """What a sensor reads wrong, the other parameters take up."""
     assert touched(softened, as_rival(softened, 'load_stroke', 1000.0, b=0.3).fit) == {'displacement'}
