@@ -15,7 +15,7 @@ SHORTLIST = 6
 AMBIGUOUS = 6.0
 # No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
 # nothing, however many samples there are.
-ALIKE = 0.12
+ALIKE = 0.1
 FORM = 0.25  # of what an effect does: as far as its listed form is usually told from the muscle's own
 CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
 # Times its usual strength: farther off is hardly ever a sensor that works; and beyond any that is in use.
