@@ -19,7 +19,7 @@ from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.rivals import margin
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
-from tcp_muscle_ros.muscle import Parameters, steady_current
+from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters, steady_current
 from tcp_muscle_ros.muscle.arrays import Array
 
 _RATE = 20.0  # Hz
@@ -195,12 +195,14 @@ def separation(a: Fit, b: Fit, experiment: Experiment, rounds: int = _ROUNDS) ->
 
 def _alone(fitted: Fit, experiment: Experiment, noise: Mapping[str, Noise]) -> tuple[Problem, Array, list[int]]:
     """The problem of one experiment, where a fit stands, and which of its unknowns all recordings share; they come
-    first."""
+    first. What a recording has by itself begins as it usually is: from where it hardly acts it would not find back."""
     unknowns = fitted.problem.unknowns
     kept = [k for k, u in enumerate(unknowns) if u.recording is None and u.name not in (AMBIENT, START)]
     own = [k for k, u in enumerate(unknowns) if u.recording == 0 and u.name not in (AMBIENT, START)]
     mine = tuple(unknowns[k] for k in (*kept, *own))
-    return replace(fitted.problem, experiments=(experiment,), unknowns=mine, noise=noise), fitted.z[[*kept, *own]], kept
+    usual = [unknowns[k].to_fit(SPECIFICATIONS[unknowns[k].name].value) for k in own]
+    z = np.concatenate([fitted.z[kept], usual])
+    return replace(fitted.problem, experiments=(experiment,), unknowns=mine, noise=noise), z, kept
 
 
 def _noise_at(noise: Mapping[str, Noise], recorded: tuple[Experiment, ...], planned: Experiment) -> dict[str, Noise]:
