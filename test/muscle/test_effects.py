@@ -632,6 +632,11 @@ def test_sensor_errors_are_what_they_say():
     assert offset.temperature == pytest.approx(plain.temperature + 0.5, abs=1e-8)
     drift = e0(NOMINAL.with_effects('displacement_drift'), 0.5884, 0.27)
     assert drift.displacement == pytest.approx(plain.displacement + 2.5e-6 * plain.time, abs=1e-12)
+    course = {'displacement_drift.b': 0.8, 'displacement_drift.c': -2.0, 'displacement_drift.tau': 30.0}
+    bent = e0(NOMINAL.replace(course).with_effects('displacement_drift'), 0.5884, 0.27)
+    z = np.minimum(plain.time / 30.0, 1.0)
+    way = 2.5e-6 * plain.time * (1.0 + (1.0 - z) * (0.8 - 2.0 * (1.0 - 2.0 * z)))
+    assert bent.displacement == pytest.approx(plain.displacement + way, abs=1e-12)
     zero = e0(NOMINAL.with_effects('displacement_offset'), 0.5884, 0.27)
     assert zero.displacement == pytest.approx(plain.displacement + 5e-4, abs=1e-12)
 

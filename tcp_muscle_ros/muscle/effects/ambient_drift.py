@@ -7,6 +7,7 @@ ramp; with b = 1 it slows down to its end as an enclosure does that warms up.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.effects.course import mean_rate
 from tcp_muscle_ros.muscle.effects.effect import Effect
 from tcp_muscle_ros.muscle.parameter import Parameter
 from tcp_muscle_ros.muscle.quantities import AMBIENT, TIME
@@ -15,7 +16,7 @@ from tcp_muscle_ros.muscle.quantities import AMBIENT, TIME
 def surroundings(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Shift the ambient temperature."""
     z = min(q[TIME] / c[3], 1.0)
-    q[AMBIENT] += c[0] * z * (1.0 + (1.0 - z) * (c[1] + c[2] * (1.0 - 2.0 * z)))
+    q[AMBIENT] += c[0] * z * mean_rate(z, c[1], c[2])
 
 
 EFFECT = Effect(

@@ -7,6 +7,7 @@ slows down to its end, at tau, as a laser does that warms up.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.effects.course import mean_rate
 from tcp_muscle_ros.muscle.effects.effect import Effect
 from tcp_muscle_ros.muscle.parameter import Parameter
 from tcp_muscle_ros.muscle.quantities import SHOWN_LENGTH, TIME
@@ -15,7 +16,7 @@ from tcp_muscle_ros.muscle.quantities import SHOWN_LENGTH, TIME
 def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """A displacement that grows is a length that falls."""
     z = min(q[TIME] / c[3], 1.0)
-    q[SHOWN_LENGTH] -= c[0] * q[TIME] * (1.0 + (1.0 - z) * (c[1] + c[2] * (1.0 - 2.0 * z)))
+    q[SHOWN_LENGTH] -= c[0] * q[TIME] * mean_rate(z, c[1], c[2])
 
 
 EFFECT = Effect(
