@@ -11,7 +11,7 @@ from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, variants, wit
 from tcp_muscle_ros.diagnosis.company import good_company
 from tcp_muscle_ros.diagnosis.fitting import fit
 from tcp_muscle_ros.diagnosis.holdout import HeldOut, conditions, improvement, touched
-from tcp_muscle_ros.diagnosis.rivals import Rival, prefer, rivals_for
+from tcp_muscle_ros.diagnosis.rivals import Rival, begins, prefer, rivals_for
 from tcp_muscle_ros.diagnosis.selection import select
 from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise
 from tcp_muscle_ros.diagnosis.work import Work
@@ -137,6 +137,14 @@ def test_a_sensor_that_is_off_as_none_in_use_gives_way_to_physics_that_explains_
     assert prefer([physics, hotter], 100_000.0).effect == 'shear_softening'
     assert prefer([physics, hotter], 8_000.0).effect == 'thermocouple_gain'  # the same: not a seventh less
     assert prefer([as_rival(softened, 'shear_softening', 2000.0, b=0.02), hotter], 100_000.0).effect == hotter.effect
+
+
+def test_what_begins_where_the_muscle_never_was_is_another_effect_in_disguise(softened):
+    lengths = np.concatenate([o.length for o in softened.outputs])
+    inside, outside = float(np.mean(lengths)), float(lengths.max() + 0.5 * np.ptp(lengths))
+    assert begins(as_rival(softened, 'coil_contact', 1000.0, Hc=inside, s=0.1))
+    assert not begins(as_rival(softened, 'coil_contact', 1000.0, Hc=outside, s=0.1))
+    assert begins(as_rival(softened, 'creep', 1000.0, J=0.2))  # needs nothing to be crossed
 
 
 def test_what_each_recording_has_by_itself_must_explain_more(softened):
