@@ -45,9 +45,8 @@ def taken_out(muscle: Parameters) -> tuple[Parameters, Late | None]:
     if EFFECT.name not in muscle.effects:
         return muscle, None
     delay, pace, channel = (muscle[f'{EFFECT.name}.{name}'] for name in ('d', 'r', 'channel'))
-    return muscle.only_effects(e for e in muscle.effects if e != EFFECT.name), Late(
-        CHANNELS[round(channel)], delay, pace
-    )
+    prompt = muscle.only_effects(e for e in muscle.effects if e != EFFECT.name)
+    return prompt, Late(CHANNELS[round(channel)], delay, pace)
 
 
 def _samples(observed: Observed) -> Array:

@@ -10,9 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis import late
 from tcp_muscle_ros.diagnosis.discrepancy import expected, whitening_of
 from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.late import Late, taken_out
 from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
 from tcp_muscle_ros.diagnosis.work import Work
@@ -71,20 +71,23 @@ class Problem:
 
     def outputs(self, values: Values, recording: int) -> Outputs:
         """The model's outputs under the inputs of one recording; no channel is late in them."""
+        return self._run(values, recording)[0]
+
+    def _run(self, values: Values, recording: int) -> tuple[Outputs, Late | None]:
+        """The same, and the channel that is late."""
         experiment = self.experiments[recording]
         ambient = values.get((AMBIENT, recording))
         if ambient is not None:
             imposed = replace(experiment.imposed, ambient=np.full(experiment.imposed.time.size, ambient))
             experiment = replace(experiment, imposed=imposed)
-        muscle, _ = late.taken_out(self.muscle(values, recording))
+        muscle, late = taken_out(self.muscle(values, recording))
         self.work.add(_steps(muscle, experiment))
-        return experiment.outputs(muscle, values.get((START, recording)), _RESOLUTION)
+        return experiment.outputs(muscle, values.get((START, recording)), _RESOLUTION), late
 
     def predict(self, values: Values, recording: int) -> Shown:
         """What the model shows in one recording at the observed instants (SI)."""
-        outputs = self.outputs(values, recording)
-        _, behind = late.taken_out(self.muscle(values, recording))
-        return self.experiments[recording].shown(outputs, behind) | {_MELTING: _beyond_melting(outputs)}
+        outputs, late = self._run(values, recording)
+        return self.experiments[recording].shown(outputs, late) | {_MELTING: _beyond_melting(outputs)}
 
     def predictions(self, z: Array) -> list[Shown]:
         """What the model shows in every recording."""

@@ -3,8 +3,8 @@
     ym(t) = y(t - d - r t)
 
 y is the temperature, the displacement, the resistance or the force; d a delay, r the pace at which that clock falls
-behind. Of the last values 32 at least (d + r t)/30 apart are kept and read with straight lines between
-them: over edges the delay is right to a thirtieth of itself, or to the sample. A jump with the load stays a jump.
+behind. Of the last values 32 at least (d + r t)/30 apart are kept and read with straight lines between them: over edges
+the delay is right to a thirtieth of itself, or to the sample. A jump with the load stays a jump.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
@@ -40,6 +40,13 @@ def _present(q: Array, c: Array) -> float:
     elif c[2] > 0.5:
         value = q[LENGTH]
     return value
+
+
+@inner
+def _apart(q: Array, c: Array) -> float:
+    """How far apart values are kept, s, less what rounding takes."""
+    apart: float = (c[0] + c[1] * q[TIME]) / (KEPT - 2) * (1.0 - 1e-9)
+    return apart
 
 
 @inner
@@ -86,8 +93,7 @@ def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 def begin(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Keep both sides of a jump of the length or the force, unless it jumps all the time."""
-    apart = (c[0] + c[1] * q[TIME]) / (KEPT - 2) * (1.0 - 1e-9)
-    if (0.5 < c[2] < 1.5 or c[2] > 2.5) and q[TIME] == s[0] and s[0] - s[1] >= apart:
+    if (0.5 < c[2] < 1.5 or c[2] > 2.5) and q[TIME] == s[0] and s[0] - s[1] >= _apart(q, c):
         present = _present(q, c)
         if abs(present - s[KEPT]) > JUMP * abs(s[KEPT]):
             _push(q[TIME], present, s)
@@ -96,8 +102,7 @@ def begin(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 def commit(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Keep the present value in place of the latest, or beside it where that is far enough from the one before."""
     value = _present(q, c)
-    apart = (c[0] + c[1] * q[TIME]) / (KEPT - 2) * (1.0 - 1e-9)
-    if s[0] - s[1] >= apart or s[0] == s[1]:
+    if s[0] - s[1] >= _apart(q, c) or s[0] == s[1]:
         _push(q[TIME], value, s)
     else:
         s[0], s[KEPT] = q[TIME], value

@@ -25,7 +25,7 @@ from tcp_muscle_ros.muscle.quantities import (
     TEMPERATURE,
 )
 
-_TOO_FAR = 3.0
+_TOO_FAR = 3.0  # times, either way, that a shown current may be off the true one
 
 
 @inner
