@@ -120,6 +120,7 @@ class Bench:
 
     def perform(self, steps: Sequence[Step], bag: Path) -> None:
         """Put the muscle back to rest, do the steps, and record them to a bag."""
+        self._unload()
         self._reset()
         recorder = Process(['-m', 'tcp_muscle_ros.tool', 'record', '--output', str(bag)])
         try:
@@ -179,6 +180,13 @@ class Bench:
     def _listeners(self) -> int:
         """Who hears both commands: the node, and the recorder."""
         return int(min(self._current.get_subscription_count(), self._load.get_subscription_count()))
+
+    def _unload(self) -> None:
+        """Back to the load at the start: rest is rest under the present one, which may be that of an attempt before."""
+        self._wait('who hears the load', lambda: self._load.get_subscription_count() > 0)
+        self._load.publish(self._number(data=OPERATING['load_n']))
+        time.sleep(HEARD)
+        self._tick()
 
     def _reset(self) -> None:
         from std_srvs.srv import Trigger
