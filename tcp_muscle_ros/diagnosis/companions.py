@@ -3,12 +3,12 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tcp_muscle_ros.diagnosis.company import OF_ALL, THRESHOLD, Contest, good_company, largest_share
+from tcp_muscle_ros.diagnosis.company import OF_ALL, THRESHOLD, Contest, good_company, largest_share, least_of_rest
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.picking import pick
-from tcp_muscle_ros.diagnosis.rivals import Rival, penalised, shrink
+from tcp_muscle_ros.diagnosis.rivals import Rival, penalised, shrink, times_usual
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, settle_noise, structures
 from tcp_muscle_ros.muscle import EFFECTS
 
@@ -16,7 +16,7 @@ _OF_ALL = 0.01  # of what was missed: less is hardly worth a name, and a form ma
 _PROMISES = 2.0 * THRESHOLD  # worth the time of its refits: what is found promises several times as much
 _OF_REST = 0.4  # of what is left without it
 # Of what is left, an effect that none comes near takes so much that it may be less of what was missed.
-_NEARLY_ALL, _LITTLE, _NEAR = 0.8, 0.004, 0.6
+_MOST, _LITTLE, _NEAR = 0.7, 0.001, 0.65
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,10 @@ def companions(
         beside = _beside(present, others)
 
         def good(rival: Rival, rivals: Sequence[Rival], beside: Fit = beside) -> bool:
-            alone = not EFFECTS[rival.effect].circumstance and _stands_alone(rival, rivals, beside)
-            return good_company(calibrated, beside, rival.fit, _OF_REST, _least(rival)) or (
-                alone and good_company(calibrated, beside, rival.fit, _NEARLY_ALL, _LITTLE)
-            )
+            if good_company(calibrated, beside, rival.fit, least_of_rest(rival, _OF_REST), _least(rival)):
+                return True
+            alone = not _bends(rival) and _stands_alone(rival, rivals, beside)
+            return alone and good_company(calibrated, beside, rival.fit, _MOST, _LITTLE)
 
         pool = [e for e in effects if e not in contests]
         picked = pick(beside, structures(beside), pool, good, progress, least=_PROMISES)
@@ -84,12 +84,19 @@ def _stands_alone(rival: Rival, rivals: Sequence[Rival], beside: Fit) -> bool:
     return all(bare - r.score < _NEAR * (bare - rival.score) for r in rivals if r is not rival)
 
 
+def _bends(rival: Rival) -> bool:
+    """Whether it bends to what any form misses: what differs from recording to recording, and physics the other way
+    round than it is known."""
+    definition = EFFECTS[rival.effect]
+    return definition.circumstance or (definition.stage != 'sensor' and times_usual(rival) < 0.0)
+
+
 def _least(rival: Rival) -> float:
     """Of all that was missed, what an effect must take away beside others.
 
-    What differs from recording to recording bends to what any form misses, and what changes the stiffness to what is
-    left of a swing; beside a draught, whose course is free, no form misses much.
+    What changes the stiffness bends to what is left of a swing; beside a draught, whose course is free, no form misses
+    much.
     """
-    if EFFECTS[rival.effect].circumstance or SWINGS in rival.fit.problem.parameters.effects:
+    if _bends(rival) or SWINGS in rival.fit.problem.parameters.effects:
         return OF_ALL
     return 0.0 if any(e.draught is not None for e in rival.fit.problem.experiments) else _OF_ALL

@@ -7,7 +7,7 @@ from tcp_muscle_ros.diagnosis.candidates import screen
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Fold, Gain, conditions, confirmation, stretches
-from tcp_muscle_ros.diagnosis.rivals import Rival, begins, penalised, prefer, rivals_for, shrink
+from tcp_muscle_ros.diagnosis.rivals import Rival, begins, penalised, prefer, rivals_for, shrink, times_usual
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, robust_noise, settle_noise, structures
 from tcp_muscle_ros.muscle import EFFECTS
 
@@ -19,6 +19,8 @@ OF_ALL = 0.05  # of what was missed: what remains beside a strong effect, whose 
 _LEAST_APART = 0.08  # of that, where an effect stands apart
 # Of what is left without it, an effect takes most; while others are still to be found, less.
 OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
+# One that is fainter than such a share of its usual strength, or the other way round, takes nearly all of it.
+_FAINT, _NEARLY_ALL = 0.15, 0.85
 _TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
 
@@ -55,6 +57,13 @@ def good_company(
     if apart:
         of_all *= max(_LEAST_APART, min(1.0, (1.0 - took) / (1.0 - OF_REST_AT_FIRST)))
     return took >= rest and largest_share(calibrated, without, fitted) >= of_all
+
+
+def least_of_rest(rival: Rival, usually: float) -> float:
+    """Of what is left, what an effect must take beside others: ``usually``, or nearly all where it is physics of a
+    strength that is hardly known of the fibre, as what forms leave looks like."""
+    physics = EFFECTS[rival.effect].stage != 'sensor'
+    return max(usually, _NEARLY_ALL) if physics and times_usual(rival) < _FAINT else usually
 
 
 def stands_apart(effect: str, accepted: Sequence[str]) -> bool:

@@ -164,7 +164,7 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
     def order(rival: Rival) -> tuple[bool, int, bool, int, float]:
         effect = EFFECTS[rival.effect]
-        far = known and abs(_strength(rival)) > _FAR
+        far = known and abs(times_usual(rival)) > _FAR
         rank = 1 if effect.stage != 'sensor' else 2 if far else 0
         return own(rival), rank, effect.unexpected, len(effect.fitted), rival.score
 
@@ -181,16 +181,16 @@ def own(rival: Rival) -> bool:
 
 def _known(rival: Rival) -> bool:
     """Whether it is physics about as strong as is known of the fibre."""
-    return EFFECTS[rival.effect].stage != 'sensor' and _strength(rival) >= _FAINT
+    return EFFECTS[rival.effect].stage != 'sensor' and times_usual(rival) >= _FAINT
 
 
 def _beyond_belief(rival: Rival) -> bool:
     """Whether it is a sensor that is off as none that is in use: so far, or as its cause never makes it."""
-    effect, strength = EFFECTS[rival.effect], _strength(rival)
+    effect, strength = EFFECTS[rival.effect], times_usual(rival)
     return effect.stage == 'sensor' and (abs(strength) > _BEYOND_USE or (effect.one_way and strength < 0.0))
 
 
-def _strength(rival: Rival) -> float:
+def times_usual(rival: Rival) -> float:
     """Of an effect, in the strength that it usually has; of a circumstance, which has no usual sign, the size (the
     median of its recordings)."""
     definition = EFFECTS[rival.effect]

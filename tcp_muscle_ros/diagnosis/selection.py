@@ -19,6 +19,7 @@ from tcp_muscle_ros.diagnosis.company import (
     confirm,
     good_company,
     largest_share,
+    least_of_rest,
     revise,
     stands_apart,
 )
@@ -26,7 +27,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.picking import Picked, pick
-from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
+from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised, shrink
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, calmed, settle_noise, structures, with_noise
 from tcp_muscle_ros.muscle import EFFECTS
 
@@ -105,11 +106,23 @@ def select(
     if leapt is not None and found.chosen and slips.leapt(slips.taken_out(found.final)) is None:
         leapt, found = None, _beside(bare, None, effects, progress, most)
     if found.chosen and leapt is None and found.final.problem.work.left:
-        clearer = slips.slipped(found.final)
+        clearer = slips.slipped(found.final) or _slipped_while_swinging(found)
         if clearer is not None:
             slipped = slips.beside(bare, [e.slips for e in clearer.problem.experiments])
             return _among(bare, slipped, effects, progress, most)
     return replace(found, leapt=leapt)
+
+
+def _slipped_while_swinging(found: Selection) -> Fit | None:
+    """What was found beside a swing may have been bent to slips that the swing hid: without it, do they show?"""
+    chosen = [c.effect for c in found.chosen]
+    if SWINGS not in chosen or len(chosen) == 1:
+        return None
+    fitted = found.final
+    for effect in chosen:
+        if effect != SWINGS:
+            fitted = shrink(fitted, effect)
+    return slips.slipped(settle_noise(fitted, 1)[0])
 
 
 def _among(
@@ -138,7 +151,8 @@ def _beside(
         def good(rival: Rival, _rivals: Sequence[Rival], calibrated: Fit = calibrated, without: Fit = present) -> bool:
             apart = stands_apart(rival.effect, accepted)
             alone = not accepted and not slipping
-            return alone or good_company(calibrated, without, rival.fit, OF_REST_AT_FIRST, apart=apart)
+            rest = least_of_rest(rival, OF_REST_AT_FIRST)
+            return alone or good_company(calibrated, without, rival.fit, rest, apart=apart)
 
         picked = pick(present, found_structure, pool, good, progress)
         first = first or picked

@@ -457,6 +457,25 @@ def test_inertia_solves_its_equations():
     assert_same(model('inertia', PULSE), kelvin, rest - height)
 
 
+@pytest.mark.parametrize('pressed', [0.0, 0.5, 1.0])
+def test_a_weight_that_leaps_presses_on_the_muscle_as_far_as_its_coil_holds(pressed):
+    """From 1 N to 0.3 N it swings higher than the muscle is long without a load."""
+    heavy, light, k = 0.9807, 0.2942, stiffness(296.15)
+
+    def swing(t, y):
+        pull = k * y[0]
+        force = light - (pull if pull > 0.0 else pressed * pull) - 2.0 * 0.05 * sqrt(k * light / 9.80665) * y[1]
+        return [y[1], force * 9.80665 / light]
+
+    time = np.arange(401) * STEP
+    run = simulate(
+        NOMINAL.replace({'inertia.q': pressed}).with_effects('inertia'), time, 0.0, load=light, starting_load=heavy
+    )
+    stretch = solve_ivp(swing, (0.0, time[-1]), [heavy / k, 0.0], t_eval=time, rtol=1e-10, atol=1e-12).y[0]
+    assert stretch.min() < -0.01
+    assert run.displacement - run.displacement[0] == pytest.approx(heavy / k - stretch, abs=2e-5)
+
+
 def test_inertia_rings_at_the_frequency_of_spring_and_weight():
     time = np.arange(400) * 0.005
     run = simulate(

@@ -1,10 +1,11 @@
 """M-13 inertia: a hanging weight swings about the length that the resolved model gives at once.
 
-    M H'' = F - max(0, F + k (H - Hs)) - 2 zeta sqrt(k M) H',   M = b max(F, 0.1 N)/g
+    M H'' = F - N - 2 zeta sqrt(k M) H',   N = F + k (H - Hs), times q where it is negative,   M = b max(F, 0.1 N)/g
 
-Hs is the equilibrium length, b = 1 a dead weight, b = 0 a load without mass (a long soft spring, a servo). The clamp
-weighs at least 0.1 N. Below b = 0.25 the weight keeps that mass and the length follows it in part, so that b = 0 is the
-resolved model. Held ends do not swing.
+Hs is the equilibrium length, b = 1 a dead weight, b = 0 a load without mass (a long soft spring, a servo). A weight
+that leaps up may press on the muscle: a slender coil gives way at once (q = 0), a short one with open turns pushes as
+it pulls (q = 1). The clamp weighs at least 0.1 N. Below b = 0.25 the weight keeps that mass and the length follows it
+in part, so that b = 0 is the resolved model. Held ends do not swing.
 """
 
 from math import sqrt
@@ -35,10 +36,12 @@ def position(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 
 def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """Newton's law of the weight. The muscle pulls and never pushes."""
+    """Newton's law of the weight."""
     if q[HELD] == 0.0:
         mass, k = _mass(c, q[FORCE]), q[STIFFNESS]
-        tension = max(0.0, q[FORCE] + k * (s[0] - q[EQUILIBRIUM_LENGTH]))
+        tension = q[FORCE] + k * (s[0] - q[EQUILIBRIUM_LENGTH])
+        if tension < 0.0:
+            tension *= c[2]
         ds[0] = s[1]
         ds[1] = (q[FORCE] - tension - 2.0 * c[1] * sqrt(k * mass) * s[1]) / mass
     else:
@@ -54,11 +57,12 @@ EFFECT = Effect(
     name='inertia',
     row='M-13',
     stage='mechanical',
-    equation="M H'' = F - max(0, F + k (H - Hs)) - 2 zeta sqrt(k M) H', M = b F/g",
+    equation="M H'' = F - N - 2 zeta sqrt(k M) H', N = F + k (H - Hs), times q below 0, M = b F/g",
     source="Newton's law",
     parameters=(
         Parameter('b', 1.0, '1', 0.0, 2.0, 'mass over that of a dead weight', 'a hanging weight: 1'),
         Parameter('zeta', 0.05, '1', 0.0, 2.0, 'damping ratio', 'estimated: 0.02 to 0.1'),
+        Parameter('q', 0.0, '1', 0.0, 1.0, 'stiffness when pressed, of that when pulled', 'a slender coil buckles: 0'),
     ),
     hooks={'position': position, 'rates': rates, 'initial': initial},
     strength='b',
