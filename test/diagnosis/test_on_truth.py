@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate
+from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.candidates import screen
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.forms import allowing_forms
@@ -113,6 +113,18 @@ def test_the_course_of_gusts_is_inferred_where_one_gust_is_not_the_weather(tmp_p
     for channel in ('temperature', 'displacement'):
         left = [one.mean_square[channel] ** 0.5 for one in (calibrated, named.fit, followed)]
         assert left[0] > left[1] > 3.0 * left[2], (channel, left)
+
+
+@pytest.mark.slow
+def test_one_swing_above_the_unloaded_length_does_not_spoil_the_phase_of_the_others(tmp_path):
+    """The generator's coil pushes as it pulls."""
+    steps_of_the_load = recorded(tmp_path, 361, 'double', '', 1009)[1:2]
+    calibrated = in_turn(calibrate(steps_of_the_load, NOMINAL).fit)
+    ranked, _ = screen(calibrated, ['inertia'])
+    values = rivals_for(calibrated, ranked, None)[0].fit.values
+    assert values['inertia.b', None] == pytest.approx(1.0, abs=0.01)
+    assert values['inertia.zeta', None] == pytest.approx(0.03, abs=0.006)
+    assert values['inertia.q', None] > 0.9
 
 
 @pytest.mark.slow
