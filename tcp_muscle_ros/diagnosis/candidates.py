@@ -101,11 +101,12 @@ def with_effect(problem: Problem, candidate: Candidate) -> Problem:
     return replace(problem, parameters=parameters, unknowns=(*problem.unknowns, *added))
 
 
-def without_effect(problem: Problem, effect: str) -> Problem:
-    """The problem with one effect taken out."""
-    kept = tuple(u for u in problem.unknowns if not u.name.startswith(f'{effect}.'))
+def without_effect(problem: Problem, effect: str) -> tuple[Problem, list[int]]:
+    """The problem with one effect taken out, and the places of the unknowns that it keeps."""
+    kept = [k for k, u in enumerate(problem.unknowns) if not u.name.startswith(f'{effect}.')]
     effects = tuple(e for e in problem.parameters.effects if e != effect)
-    return replace(problem, parameters=problem.parameters.only_effects(effects), unknowns=kept)
+    unknowns = tuple(problem.unknowns[k] for k in kept)
+    return replace(problem, parameters=problem.parameters.only_effects(effects), unknowns=unknowns), kept
 
 
 def variants(

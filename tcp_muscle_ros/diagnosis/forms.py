@@ -88,8 +88,7 @@ def _moments(time: Array) -> Array:
 
 def _signature(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
     """What an effect shows in every recording (SI) that the other unknowns could not."""
-    lacking = without_effect(plain, effect)
-    kept = [k for k, u in enumerate(plain.unknowns) if u in lacking.unknowns]
+    lacking, kept = without_effect(plain, effect)
     without = lacking.predictions(fitted.z[kept])
     change = [
         {name: shown - less[name] for name, shown in mine.items()}

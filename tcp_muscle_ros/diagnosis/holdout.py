@@ -160,7 +160,8 @@ def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> Held
 @dataclass(frozen=True)
 class Gain:
     """Held-out improvement, over the folds that have a say: its sum; what noise alone scatters it by; its scatter over
-    clusters; the share of those folds that improve; how many they are."""
+    clusters; the share of those folds that improve, where any does more or less than noise alone would; how many have a
+    say."""
 
     total: float
     chance: float
@@ -224,12 +225,13 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False, channels: 
         say &= better | ~_unlike(had)
     if not say.any():
         return Gain(0.0, 0.0, 0.0, 0.0, 0)
+    decided = say & (np.abs([float(drop.sum()) for drop in drops]) > 2.0 * np.sqrt(moved))
     counted = np.concatenate([drop for drop, counts in zip(drops, say, strict=True) if counts])
     return Gain(
         float(counted.sum()),
         2.0 * float(np.sqrt(moved[say].sum())),
         float(np.std(counted) * np.sqrt(counted.size)),
-        float(np.mean(better[say])),
+        float(np.mean(better[decided if decided.any() else say])),
         int(say.sum()),
     )
 
@@ -257,8 +259,7 @@ def touched(before: Fit, after: Fit) -> frozenset[str] | None:
     effect = more.pop() if len(more) == 1 else ''
     if not effect or EFFECTS[effect].stage == 'sensor':
         return None
-    without = without_effect(after.problem, effect)
-    kept = [k for k, u in enumerate(after.problem.unknowns) if not u.name.startswith(f'{effect}.')]
+    without, kept = without_effect(after.problem, effect)
     shown = without.predictions(after.z[kept])
     found = set()
     for had, has in zip(shown, after.predictions, strict=True):

@@ -75,8 +75,7 @@ def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit:
 
 def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
     """Refit without one of the effects."""
-    problem = without_effect(fitted.problem, effect)
-    kept = [k for k, u in enumerate(fitted.problem.unknowns) if u in problem.unknowns]
+    problem, kept = without_effect(fitted.problem, effect)
     known = fitted.rough_slopes
     if known is not None:
         known = [{name: columns[:, kept] for name, columns in mine.items()} for mine in known]
