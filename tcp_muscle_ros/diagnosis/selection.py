@@ -27,7 +27,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.picking import Picked, pick
-from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised, shrink
+from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, calmed, settle_noise, structures, with_noise
 from tcp_muscle_ros.muscle import EFFECTS
 
@@ -105,24 +105,17 @@ def select(
     found = _beside(bare, leapt, effects, progress, most)
     if leapt is not None and found.chosen and slips.leapt(slips.taken_out(found.final)) is None:
         leapt, found = None, _beside(bare, None, effects, progress, most)
-    if found.chosen and leapt is None and found.final.problem.work.left:
-        clearer = slips.slipped(found.final) or _slipped_while_swinging(found)
+    slipping = any(e.slips for e in found.final.problem.experiments)
+    if found.chosen and leapt is None and not slipping and found.final.problem.work.left:
+        clearer = slips.slipped(found.final)
         if clearer is not None:
-            slipped = slips.beside(bare, [e.slips for e in clearer.problem.experiments])
-            return _among(bare, slipped, effects, progress, most)
+            return _among(bare, _with_slips_of(clearer, bare), effects, progress, most)
     return replace(found, leapt=leapt)
 
 
-def _slipped_while_swinging(found: Selection) -> Fit | None:
-    """What was found beside a swing may have been bent to slips that the swing hid: without it, do they show?"""
-    chosen = [c.effect for c in found.chosen]
-    if SWINGS not in chosen or len(chosen) == 1:
-        return None
-    fitted = found.final
-    for effect in chosen:
-        if effect != SWINGS:
-            fitted = shrink(fitted, effect)
-    return slips.slipped(settle_noise(fitted, 1)[0])
+def _with_slips_of(clearer: Fit, bare: Fit) -> Fit:
+    """The bare fit with the slips that show in a better one."""
+    return slips.beside(bare, [e.slips for e in clearer.problem.experiments])
 
 
 def _among(
@@ -167,6 +160,9 @@ def _beside(
             bare = calmed(bare, present)
             calibrated = bare if beside is None else calmed(calibrated, present)
             present = calmed(present, present)
+            clearer = slips.slipped(present) if beside is None and slips.EFFECT in effects else None
+            if clearer is not None:  # slips that the swing hid, before all else bends to them
+                return _among(bare, _with_slips_of(clearer, bare), effects, progress, most)
         present, found_structure = settle_noise(present, 1)
     tried = effects
     for _ in range(_REVISIONS):

@@ -13,7 +13,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment, Slip
 from tcp_muscle_ros.diagnosis.fitting import Fit
-from tcp_muscle_ros.diagnosis.weighing import refitted, settle_noise
+from tcp_muscle_ros.diagnosis.weighing import SWINGS, refitted, settle_noise
 from tcp_muscle_ros.muscle import Parameters, length
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.plausibility import distance
@@ -103,8 +103,9 @@ def _found(
     fitted: Fit, clear: float, apart: float, reaches: Sequence[float], channels: Collection[str] = _SLIPPING
 ) -> list[list[Slip]]:
     """The sudden steps in what a fit leaves of these channels, clear of the inputs' own, by recording."""
+    swings = SWINGS in fitted.problem.parameters.effects
     return [
-        _steps(experiment, {name: left[name] for name in left if name in channels}, clear, apart, reaches)
+        _steps(experiment, {name: left[name] for name in left if name in channels}, clear, apart, reaches, swings)
         for experiment, left in zip(fitted.problem.experiments, fitted.left, strict=True)
     ]
 
@@ -174,11 +175,11 @@ def _sized(fitted: Fit) -> list[tuple[Slip, ...]]:
 
 
 def _steps(
-    experiment: Experiment, left: dict[str, Array], clear: float, apart: float, reaches: Sequence[float]
+    experiment: Experiment, left: dict[str, Array], clear: float, apart: float, reaches: Sequence[float], swings: bool
 ) -> list[Slip]:
     found: list[Slip] = []
     for name, rest in left.items():
-        look = _Look(experiment, name, apart)
+        look = _Look(experiment, name, apart, swings)
         for reach in reaches:
             known = [slip.time for slip in (*experiment.slips, *found) if slip.channel == name]
             more = look.steps(rest, look.wide(reach), clear, known)
@@ -190,10 +191,11 @@ def _steps(
 def _seen_again(fitted: Fit) -> Fit:
     """The fit with the sizes of its slips as they are seen beside each other."""
     seen = []
+    swings = SWINGS in fitted.problem.parameters.effects
     for experiment, left in zip(fitted.problem.experiments, fitted.left, strict=True):
         mine = []
         for slip in experiment.slips:
-            look = _Look(experiment, slip.channel, _APART_BESIDE)
+            look = _Look(experiment, slip.channel, _APART_BESIDE, swings)
             at, wide = int(np.searchsorted(look.time, slip.time)), look.wide(_REACH)
             weights = look.weights(at, wide)
             step = 0.0 if weights is None else float(weights @ left[slip.channel][at - wide : at + wide])
@@ -203,10 +205,11 @@ def _seen_again(fitted: Fit) -> Fit:
 
 
 class _Look:
-    """How one channel of a recording is looked at, for steps that are not its inputs' own."""
+    """How one channel of a recording is looked at, for steps that are not its inputs' own; where a weight ``swings``,
+    not at what is left of that."""
 
-    def __init__(self, experiment: Experiment, name: str, apart: float) -> None:
-        imposed = experiment.imposed
+    def __init__(self, experiment: Experiment, name: str, apart: float, swings: bool) -> None:
+        imposed, self.swings = experiment.imposed, swings
         self.name, self.time = name, experiment.observed[name].time
         self.period = float(np.median(np.diff(self.time))) if self.time.size > 1 else np.inf
         self.switches, self.loads = (_jumps(imposed.time, value) for value in (imposed.drive, imposed.load))
@@ -254,6 +257,8 @@ class _Look:
             return None
         switched = self.switches[(self.switches > begin - self.period) & (self.switches <= end + self.period)]
         loaded = self.loads[(self.loads > begin - _SWINGS) & (self.loads <= end + self.period)]
+        if self.swings and loaded.size:
+            return None
         if not switched.size and not loaded.size:
             return _even(wide)
         return _step_among(around - now, switched - now, loaded - now)

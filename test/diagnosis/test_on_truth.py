@@ -11,7 +11,8 @@ from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.diagnosis.rivals import rivals_for
-from tcp_muscle_ros.diagnosis.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.slips import slipped
+from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.bag import read_bag
 
@@ -135,3 +136,15 @@ def test_sudden_slips_are_named_and_leave_their_mean_to_the_better_muscle(diagno
     fit = found.fit['displacement']
     assert fit.improved < 0.3 * fit.calibrated
     assert any('slipped suddenly' in note for note in found.notes)
+
+
+@pytest.mark.slow
+def test_slips_that_a_swing_hides_show_once_it_is_found(tmp_path):
+    recordings = recorded(tmp_path, 207, 'double', '', 1009)[1:3]
+    calibrated = in_turn(calibrate(recordings, NOMINAL).fit)
+    ranked, _ = screen(calibrated, ['inertia'])
+    swinging = rivals_for(calibrated, ranked, None)[0].fit
+    found = slipped(calmed(swinging, swinging))
+    assert slipped(calibrated) is None
+    assert found is not None
+    assert sum(len(e.slips) for e in found.problem.experiments) >= 4
