@@ -20,7 +20,7 @@ _LEAST_APART = 0.08  # of that, where an effect stands apart
 # Of what is left without it, an effect takes most; while others are still to be found, less.
 OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
 # One that is fainter than such a share of its usual strength, or the other way round, takes nearly all of it.
-_FAINT, _NEARLY_ALL = 0.15, 0.85
+_FAINT_BESIDE, _NEARLY_ALL = 0.15, 0.85
 _TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
 
@@ -63,7 +63,7 @@ def least_of_rest(rival: Rival, usually: float) -> float:
     """Of what is left, what an effect must take beside others: ``usually``, or nearly all where it is physics of a
     strength that is hardly known of the fibre, as what forms leave looks like."""
     physics = EFFECTS[rival.effect].stage != 'sensor'
-    return max(usually, _NEARLY_ALL) if physics and times_usual(rival) < _FAINT else usually
+    return max(usually, _NEARLY_ALL) if physics and times_usual(rival) < _FAINT_BESIDE else usually
 
 
 def stands_apart(effect: str, accepted: Sequence[str]) -> bool:

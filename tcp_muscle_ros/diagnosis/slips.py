@@ -32,7 +32,7 @@ _OWN = 1.0  # s from those of other recordings
 _LESS = 0.9  # of what is left (squared) without them
 _CLEARLY, _FAR_LESS = 8.0, 0.7  # for what has no name
 _STEP = 0.05  # of an input's span
-_SWINGS = 5.0  # s after a step of the load
+_RINGS = 5.0  # s after a step of the load
 _APART, _APART_BESIDE = 1.0, 0.25  # s between a slip and a step of drive or load; and beside other slips
 _SAMPLES_APART = 3.0  # between slips
 _UNSURE = 3.0  # times what is usual: what is slow and missed bends them too
@@ -256,7 +256,7 @@ class _Look:
         if not whole:
             return None
         switched = self.switches[(self.switches > begin - self.period) & (self.switches <= end + self.period)]
-        loaded = self.loads[(self.loads > begin - _SWINGS) & (self.loads <= end + self.period)]
+        loaded = self.loads[(self.loads > begin - _RINGS) & (self.loads <= end + self.period)]
         if self.swings and loaded.size:
             return None
         if not switched.size and not loaded.size:
