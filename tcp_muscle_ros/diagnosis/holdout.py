@@ -207,7 +207,8 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False, channels: 
     Where noise e is all that a model leaves, another that differs by d changes the misfit by d'd + 2 e'd. A fold has no
     say where the models hardly differ; nor, where folds are ``whole`` recordings, where the models differ far more than
     on what they were fitted to, or miss the recording far more than the others: what the rest did not show was not
-    learnt from it. There a failure is not the effect's, but a success is.
+    learnt from it. There a failure is not the effect's, but a success is. Of those that have a say, most must improve;
+    where noise alone could have tipped some, of the others.
     """
     had, has, missed, misses = (
         [_together(fold, channels) for fold in folds]
@@ -217,7 +218,8 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False, channels: 
     learnt = np.array([float(np.sum((a - b) ** 2)) for a, b in zip(before.fitted, after.fitted, strict=True)])
     say = moved > max(_SEEN, _NOTABLE * float(moved.max(initial=0.0)))
     drops = [a - b for a, b in zip(missed, misses, strict=True)]
-    better = np.array([float(drop.sum()) > 0.0 for drop in drops])
+    change = np.array([float(drop.sum()) for drop in drops])
+    better = change > 0.0
     if whole:
         right = np.array([float(b.sum()) < _RIGHT * float(a.sum()) for a, b in zip(missed, misses, strict=True)])
         right &= learnt > _TOLD
@@ -225,7 +227,7 @@ def improvement(before: HeldOut, after: HeldOut, whole: bool = False, channels: 
         say &= better | ~_unlike(had)
     if not say.any():
         return Gain(0.0, 0.0, 0.0, 0.0, 0)
-    decided = say & (np.abs([float(drop.sum()) for drop in drops]) > 2.0 * np.sqrt(moved))
+    decided = say & (np.abs(change) > 2.0 * np.sqrt(moved))
     counted = np.concatenate([drop for drop, counts in zip(drops, say, strict=True) if counts])
     return Gain(
         float(counted.sum()),

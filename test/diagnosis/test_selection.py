@@ -8,7 +8,7 @@ from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, variants, with_effect
-from tcp_muscle_ros.diagnosis.company import good_company
+from tcp_muscle_ros.diagnosis.company import good_company, least_of_rest
 from tcp_muscle_ros.diagnosis.fitting import fit
 from tcp_muscle_ros.diagnosis.holdout import HeldOut, conditions, improvement, touched
 from tcp_muscle_ros.diagnosis.rivals import Rival, begins, prefer, rivals_for
@@ -112,6 +112,19 @@ def test_what_says_too_little_neither_confirms_nor_refutes():
     assert worse.fails
 
 
+def test_a_fold_that_noise_alone_could_have_tipped_has_no_voice():
+    """Two of four are worse, by less than noise alone would make of such a difference."""
+    before = held_back(*4 * [(2.0 * ONES, ONES)])
+    hardly = 1.996 * ONES + 0.16 * np.tile([1.0, -1.0], 100)
+    after = held_back((ONES, ONES), (1.8 * ONES, ONES), (hardly, ONES), (hardly, ONES))
+    assert np.sum(hardly**2) > np.sum((2.0 * ONES) ** 2)
+    assert improvement(before, after).say == 4
+    assert improvement(before, after).folds == 1.0
+    assert improvement(before, after).holds
+    refuted = held_back((ONES, ONES), (1.8 * ONES, ONES), (2.3 * ONES, ONES), (2.3 * ONES, ONES))
+    assert improvement(before, refuted).fails
+
+
 def as_rival(fitted, effect, score, **values):
     problem = with_effect(fitted.problem, Candidate(effect, {f'{effect}.{k}': v for k, v in values.items()}, 0.0, 0.0))
     z = np.concatenate([fitted.z, problem.start()[fitted.z.size :]])
@@ -145,6 +158,16 @@ def test_what_begins_where_the_muscle_never_was_is_another_effect_in_disguise(so
     assert begins(as_rival(softened, 'coil_contact', 1000.0, Hc=inside, s=0.1))
     assert not begins(as_rival(softened, 'coil_contact', 1000.0, Hc=outside, s=0.1))
     assert begins(as_rival(softened, 'creep', 1000.0, J=0.2))  # needs nothing to be crossed
+
+
+def test_physics_of_a_strength_hardly_known_takes_nearly_all_that_is_left(softened):
+    """What the form of a stronger effect leaves looks like that; a sensor may be off by any amount."""
+    usual, faint = (as_rival(softened, 'creep', 1000.0, J=j) for j in (0.1, 0.01))
+    turned = as_rival(softened, 'shear_softening', 1000.0, b=-0.3)
+    sensor = as_rival(softened, 'thermocouple_lag', 1000.0, tau=0.1)
+    assert [least_of_rest(rival, 0.4) for rival in (usual, sensor)] == [0.4, 0.4]
+    assert [least_of_rest(rival, 0.4) for rival in (faint, turned)] == [0.85, 0.85]
+    assert least_of_rest(faint, 0.9) == 0.9
 
 
 def test_what_each_recording_has_by_itself_must_explain_more(softened):
