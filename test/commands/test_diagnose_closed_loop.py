@@ -11,7 +11,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from tcp_muscle_ros.nodes.session import Session
 from tcp_muscle_ros.tool import main
 
-pytestmark = [pytest.mark.processes, pytest.mark.real_time, pytest.mark.slow]
+pytestmark = [pytest.mark.processes, pytest.mark.slow]
 # Another specimen than the nominal one; the controller knows nothing of it.
 SPECIMEN = {'hA': 0.024, 'C': 0.19, 'R0': 13.0, 'B': 1.5}
 NOISE = {'displacement_noise_m': 3e-5, 'temperature_noise_k': 0.1, 'resistance_noise_ohm': 5e-3}
