@@ -92,6 +92,7 @@ STATE_SIZE, N_INTEGRATED = layout.STATE_SIZE, layout.N_INTEGRATED
 # A substep resolves a tenth of the quickest time constant: the Runge-Kutta error is then below 1e-6 of a change.
 SUBSTEP = 0.1
 _INSTANT = 1e-6  # s: over which velocity and force rate are taken
+_FED = 0.9  # of a motion: more than that it is not taken to cause of itself, while it is sought
 
 _begin = hooks_at('begin')
 _surroundings = hooks_at('surroundings')
@@ -252,7 +253,9 @@ def _derivative(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, d
             gap = (q_ahead[LENGTH] - q[LENGTH]) / _INSTANT - m
         if abs(gap) <= 1e-10 or gap == gap_before:
             break
-        step = gap if attempt == 0 else -gap * (m - m_before) / (gap - gap_before)
+        # Motion that feeds itself has other solutions than the first, and near them secants lead anywhere.
+        fed = 0.0 if attempt == 0 else 1.0 + (gap - gap_before) / (m - m_before)
+        step = gap / (1.0 - min(fed, _FED))
         m_before, gap_before = m, gap
         m += step
         q[VELOCITY] = -compliance * m if held else m

@@ -346,6 +346,19 @@ def test_motion_convection_goes_with_a_power_of_the_speed():
     assert_same(model('motion_convection', PULSE, {'n': 0.5}), kelvin, contraction(kelvin))
 
 
+@pytest.mark.parametrize(('c', 'n'), [(30.0, 1.4), (40.0, 1.5), (100.0, 1.5), (100.0, 0.3)])
+def test_a_muscle_that_cools_the_faster_it_moves_does_so_once(c, n):
+    """Within the bounds of c and n there are motions that feed themselves without end: one of them could be chosen in
+    one step and another in the next, which ended below the ambient temperature and far from the next muscle."""
+    time, on = protocol(4.0, 140.0)
+    muscle = NOMINAL.with_effects('motion_convection').replace({'motion_convection.c': c, 'motion_convection.n': n})
+    one, next_to_it = (
+        simulate(p, time, 0.30 * on, load=0.5884) for p in (muscle, muscle.replace({'hA': muscle['hA'] * (1.0 + 1e-6)}))
+    )
+    assert one.temperature.min() > 296.149
+    assert np.abs(one.displacement - next_to_it.displacement).max() < 1e-6
+
+
 def test_motion_convection_ends_where_motion_ends():
     time, on = protocol(20.0, 40.0)
     held, free = (
