@@ -21,7 +21,7 @@ _LEAST_APART = 0.08  # of that, where an effect stands apart
 OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
 # One that is fainter than such a share of its usual strength, or the other way round, takes nearly all of it.
 _FAINT_BESIDE, _NEARLY_ALL = 0.15, 0.85
-_TRIFLE = 0.25  # of the noise's variance: what a companion of a stronger effect must take away at least
+_TRIFLE = 0.1  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
 
 Contest = tuple[float, list[Rival]]  # the drop of the misfit that the best of these rivals brings

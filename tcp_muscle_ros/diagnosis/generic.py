@@ -75,11 +75,11 @@ class Part:
     columns: slice
 
 
-def basis(found: Sequence[Drivers]) -> tuple[list[Array], list[Part]]:
-    """The columns of the generic model for each recording's channel, and what they stand for.
+def basis(found: Sequence[Drivers], stroke: bool) -> tuple[list[Array], list[Part]]:
+    """The columns of the generic model for each recording's channel, and what they stand for; of the ``stroke`` or not.
 
     Functions of temperature, warming and cooling apart; of its rate; of the time since the last switch, driven and not;
-    of displacement, load and drive; of the elapsed time of each recording.
+    of displacement, load and drive; of the elapsed time of each recording; a stroke may change in its course.
     """
     pooled = {
         name: np.concatenate([getattr(d, name) for d in found])
@@ -93,12 +93,14 @@ def basis(found: Sequence[Drivers]) -> tuple[list[Array], list[Part]]:
     places = _spread_knots(pooled['displacement'], _LENGTHS)
     levels = _spread_knots(pooled['drive'], _DRIVES)
     quickest = max(float(np.max(np.abs(pooled['rate']))), 1e-12)
+    middle, span = float(np.mean(pooled['displacement'])), max(float(np.ptp(pooled['displacement'])), 1e-12)
     columns: list[Array] = []
     parts: list[Part] = []
     for owner, d in enumerate(found):
         on, off = d.heating[:, None], 1.0 - d.heating[:, None]
         rate = d.rate[:, None] / quickest
         warming = (rate > 0.0).astype(float)
+        moved = (d.displacement[:, None] - middle) / span
         groups = [
             ('temperature, warming', hats(d.temperature, warm) * warming),
             ('temperature, cooling', hats(d.temperature, warm) * (1.0 - warming)),
@@ -113,8 +115,10 @@ def basis(found: Sequence[Drivers]) -> tuple[list[Array], list[Part]]:
             groups += [('load', hats(d.load, loads)), ('load and temperature', hats(d.load, loads) * hot)]
         knots = np.linspace(0.0, max(float(d.elapsed[-1]), 1e-9), _ELAPSED)
         for k in range(len(found)):
-            own = hats(d.elapsed, knots) if k == owner else np.zeros((d.elapsed.size, _ELAPSED))
-            groups.append(('elapsed time', own))
+            mine = float(k == owner)
+            groups.append(('elapsed time', mine * hats(d.elapsed, knots)))
+            if stroke:
+                groups.append(('displacement and elapsed time', mine * moved * hats(d.elapsed, knots[[0, -1]])))
         columns.append(np.hstack([g for _, g in groups]))
         if not parts:
             start = 0
@@ -154,14 +158,16 @@ def structure(
     floor: float,
     repeated: Noise | None = None,
     averaged: float = 1.0,
+    stroke: bool = False,
 ) -> Structure:
     """Regress one channel's residuals on the generic basis: first plainly to learn the noise, then whitened.
 
     ``floor`` is the quick noise (SI) of samples that are means of ``averaged`` readings: the noise is never taken to be
     less, nor so much more that no sensor wanders so: what is slow and large is misfit. ``repeated`` is the noise that
     repeated cycles show; it is taken where it is the smaller, since structure that this basis misses is not in it.
+    ``stroke``: the channel shows it, which wears and is broken in.
     """
-    columns, _ = basis(found)
+    columns, _ = basis(found, stroke)
     stacked, together = np.vstack(columns), np.concatenate(residuals)
     weights = _solve(stacked, together)
     left = [r - c @ weights for r, c in zip(residuals, columns, strict=True)]

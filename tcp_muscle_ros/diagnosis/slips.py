@@ -13,7 +13,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.experiment import Experiment, Slip
 from tcp_muscle_ros.diagnosis.fitting import Fit
-from tcp_muscle_ros.diagnosis.weighing import SWINGS, refitted, settle_noise
+from tcp_muscle_ros.diagnosis.weighing import STROKE, SWINGS, refitted, settle_noise
 from tcp_muscle_ros.muscle import Parameters, length
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.plausibility import distance
@@ -22,7 +22,6 @@ EFFECT = 'torsional_leakage'
 # Slips that are too small to be seen, or fall together with an input's step, show as a drift.
 INSTEAD = (EFFECT, 'displacement_drift')
 RATE, FROM = f'{EFFECT}.r', f'{EFFECT}.Dc'
-_SLIPPING = ('displacement', 'force')
 _REACH, _SHORT = 2.5, 1.2  # s either side of a step, over which all else is a line; and between slips that follow soon
 _FEWEST, _MOST = 4, 40  # samples either side
 _CLEAR, _CLEAR_BESIDE = 6.0, 4.5  # times what is usual in that recording; and beside others
@@ -100,7 +99,7 @@ def _less(before: Fit, after: Fit, share: float) -> bool:
 
 
 def _found(
-    fitted: Fit, clear: float, apart: float, reaches: Sequence[float], channels: Collection[str] = _SLIPPING
+    fitted: Fit, clear: float, apart: float, reaches: Sequence[float], channels: Collection[str] = STROKE
 ) -> list[list[Slip]]:
     """The sudden steps in what a fit leaves of these channels, clear of the inputs' own, by recording."""
     swings = SWINGS in fitted.problem.parameters.effects

@@ -13,6 +13,7 @@ from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.replicates import done_twice, pure_error
 
 SWINGS = 'inertia'  # the effect after which a weight swings
+STROKE = ('displacement', 'force')  # the channels that show it
 
 
 @lru_cache(maxsize=8)
@@ -29,7 +30,7 @@ def structures(fitted: Fit) -> dict[str, Structure]:
         mine = [left[k][name] for k in owners]
         averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
         repeated = pure_error(problem.experiments, left, name, twice)
-        found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged)
+        found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged, name in STROKE)
     return found
 
 

@@ -13,7 +13,7 @@ from tcp_muscle_ros.diagnosis.fitting import fit
 from tcp_muscle_ros.diagnosis.holdout import HeldOut, conditions, improvement, touched
 from tcp_muscle_ros.diagnosis.rivals import Rival, begins, prefer, rivals_for
 from tcp_muscle_ros.diagnosis.selection import select
-from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise
+from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise, structures
 from tcp_muscle_ros.diagnosis.work import Work
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -245,6 +245,20 @@ def test_fatigue_goes_on_from_one_recording_to_the_next():
     assert best.effect == 'fatigue'
     assert best.fit.muscle['fatigue.c'] == pytest.approx(0.03, rel=0.25)
     assert conditions(fitted.problem)
+
+
+@pytest.mark.parametrize(('wear', 'counts'), [(0.0027, True), (0.0012, False)])
+def test_an_effect_counts_from_a_tenth_of_the_noises_variance_on(wear, counts):
+    """Slow as it is, it is clear by then: some hundred readings agree on it."""
+    worn = [TRUE.replace({'fatigue.c': wear, 'fatigue.n0': 2.6 * k}).with_effects('fatigue') for k in range(3)]
+    runs = [experiment(CHANNELS, 0.27, 0.588, k, muscle=muscle) for k, muscle in enumerate(worn)]
+    before = in_turn(settle_noise(calibrate(runs, NOMINAL).fit)[0])
+    ranked, _ = screen(before, ['fatigue'])
+    after = rivals_for(before, ranked, None)[0].fit
+    noise = structures(after)['displacement'].noise
+    drop = before.mean_square['displacement'] - after.mean_square['displacement']
+    assert 0.02 < drop / noise.sigma**2 < 0.25
+    assert good_company(before, before, after, 0.65) == counts
 
 
 def test_a_search_that_has_spent_its_budget_ends_with_what_it_has(softened):
