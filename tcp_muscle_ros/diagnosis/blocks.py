@@ -6,7 +6,7 @@ from typing import overload
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.experiment import Observed
+from tcp_muscle_ros.diagnosis.experiment import STROKE, Observed
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 from tcp_muscle_ros.recording.plausibility import distance
 from tcp_muscle_ros.recording.recording import Channel
@@ -113,7 +113,7 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
         kept &= ~_within(channel.time, steps - near, 2.0 * near)
     time, value = (channel.time, channel.value) if kept.all() else (channel.time[kept], channel.value[kept])
     ringing, swinging = _within(time, steps, _RINGING), _within(time, steps, _SWINGING)
-    moves = channel.name in ('displacement', 'force') and bool(swinging.any())
+    moves = channel.name in STROKE and bool(swinging.any())
     if most is None or time.size <= most:
         return Observed(time, value, np.broadcast_to(1.0, time.size), swinging if moves else None)
     width = int(np.ceil(time.size / most))

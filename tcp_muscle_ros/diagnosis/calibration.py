@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.experiment import STROKE, Experiment
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.noise import Noise, estimate, white_sigma
 from tcp_muscle_ros.diagnosis.problem import Problem
@@ -164,7 +164,7 @@ def _scale_stroke(problem: Problem, z: Array) -> Array:
     ratios: dict[int, float] = {}
     for k, experiment in enumerate(problem.experiments):
         predicted = problem.predict(values, k)
-        for name in ('displacement', 'force'):
+        for name in STROKE:
             if name in experiment.observed:
                 made = float(np.ptp(predicted[name]))
                 if made > 0.0:

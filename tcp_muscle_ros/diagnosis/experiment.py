@@ -17,6 +17,7 @@ from tcp_muscle_ros.muscle.arrays import Array, Mask
 if TYPE_CHECKING:
     from tcp_muscle_ros.diagnosis.late import Late
 
+STROKE = ('displacement', 'force')  # the channels that show it: free, and held
 FOLLOWS_SETPOINT = 'follows_setpoint'  # in Experiment.known: a setpoint of the displacement was recorded
 _HOTTER = 20.0  # K: the fibre than its thermometer, at most
 

@@ -67,16 +67,8 @@ def _spread_knots(x: Array, count: int) -> Array:
     return np.unique(np.quantile(x, np.linspace(0.0, 1.0, count)))
 
 
-@dataclass(frozen=True)
-class Part:
-    """A named group of the basis' columns."""
-
-    name: str
-    columns: slice
-
-
-def basis(found: Sequence[Drivers], stroke: bool) -> tuple[list[Array], list[Part]]:
-    """The columns of the generic model for each recording's channel, and what they stand for; of the ``stroke`` or not.
+def basis(found: Sequence[Drivers], stroke: bool) -> list[Array]:
+    """The columns of the generic model for each recording's channel, which shows the ``stroke`` or not.
 
     Functions of temperature, warming and cooling apart; of its rate; of the time since the last switch, driven and not;
     of displacement, load and drive; of the elapsed time of each recording; a stroke may change in its course.
@@ -95,37 +87,30 @@ def basis(found: Sequence[Drivers], stroke: bool) -> tuple[list[Array], list[Par
     quickest = max(float(np.max(np.abs(pooled['rate']))), 1e-12)
     middle, span = float(np.mean(pooled['displacement'])), max(float(np.ptp(pooled['displacement'])), 1e-12)
     columns: list[Array] = []
-    parts: list[Part] = []
     for owner, d in enumerate(found):
         on, off = d.heating[:, None], 1.0 - d.heating[:, None]
         rate = d.rate[:, None] / quickest
         warming = (rate > 0.0).astype(float)
         moved = (d.displacement[:, None] - middle) / span
         groups = [
-            ('temperature, warming', hats(d.temperature, warm) * warming),
-            ('temperature, cooling', hats(d.temperature, warm) * (1.0 - warming)),
-            ('rate of temperature', np.hstack([rate, rate * np.abs(rate)])),
-            ('displacement', hats(d.displacement, places)),
-            ('drive', hats(d.drive, levels)),
-            ('time since the switch, heating', hats(d.since_switch, moment) * on),
-            ('time since the switch, cooling', hats(d.since_switch, moment) * off),
+            hats(d.temperature, warm) * warming,
+            hats(d.temperature, warm) * (1.0 - warming),
+            np.hstack([rate, rate * np.abs(rate)]),
+            hats(d.displacement, places),
+            hats(d.drive, levels),
+            hats(d.since_switch, moment) * on,
+            hats(d.since_switch, moment) * off,
         ]
         if loads.size > 1:
             hot = (d.temperature - warm[0])[:, None] / max(float(np.ptp(warm)), 1e-9)
-            groups += [('load', hats(d.load, loads)), ('load and temperature', hats(d.load, loads) * hot)]
+            groups += [hats(d.load, loads), hats(d.load, loads) * hot]
         knots = np.linspace(0.0, max(float(d.elapsed[-1]), 1e-9), _ELAPSED)
-        for k in range(len(found)):
-            mine = float(k == owner)
-            groups.append(('elapsed time', mine * hats(d.elapsed, knots)))
-            if stroke:
-                groups.append(('displacement and elapsed time', mine * moved * hats(d.elapsed, knots[[0, -1]])))
-        columns.append(np.hstack([g for _, g in groups]))
-        if not parts:
-            start = 0
-            for name, group in groups:
-                parts.append(Part(name, slice(start, start + group.shape[1])))
-                start += group.shape[1]
-    return columns, parts
+        course = hats(d.elapsed, knots)
+        if stroke:
+            course = np.hstack([course, moved * hats(d.elapsed, knots[[0, -1]])])
+        groups += [course if k == owner else np.zeros_like(course) for k in range(len(found))]
+        columns.append(np.hstack(groups))
+    return columns
 
 
 @dataclass(frozen=True)
@@ -167,7 +152,7 @@ def structure(
     repeated cycles show; it is taken where it is the smaller, since structure that this basis misses is not in it.
     ``stroke``: the channel shows it, which wears and is broken in.
     """
-    columns, _ = basis(found, stroke)
+    columns = basis(found, stroke)
     stacked, together = np.vstack(columns), np.concatenate(residuals)
     weights = _solve(stacked, together)
     left = [r - c @ weights for r, c in zip(residuals, columns, strict=True)]

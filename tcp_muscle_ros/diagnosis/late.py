@@ -9,13 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.experiment import Imposed, Observed
+from tcp_muscle_ros.diagnosis.experiment import STROKE, Imposed, Observed
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects.clock_skew import CHANNELS, EFFECT
 
 _SAMPLES = 12  # at most, by which a mean is taken
-_JUMPING = ('displacement', 'force')  # with the load
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Late:
         a delay of nothing is nothing.
         """
         middle = np.interp(observed.time, imposed.time, shown)
-        time, shown = _with_both_sides(imposed, shown) if self.channel in _JUMPING else (imposed.time, shown)
+        time, shown = _with_both_sides(imposed, shown) if self.channel in STROKE else (imposed.time, shown)
         instants = _samples(observed)
         behind = self.delay + self.pace * (instants - imposed.time[0])
         change = np.interp(instants - behind, time, shown) - np.interp(instants, time, shown)

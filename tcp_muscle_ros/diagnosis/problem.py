@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.discrepancy import expected, whitening_of
-from tcp_muscle_ros.diagnosis.experiment import Experiment
+from tcp_muscle_ros.diagnosis.experiment import STROKE, Experiment
 from tcp_muscle_ros.diagnosis.late import Late, taken_out
 from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
@@ -21,7 +21,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.stepping import SUBSTEP
 from tcp_muscle_ros.muscle.table import INDEX
 
-FLOATING_ZERO = ('displacement', 'force')  # channels whose zero is a convention of the rig
+FLOATING_ZERO = STROKE  # channels whose zero is a convention of the rig
 _RESOLUTION = 0.125  # of the usual substeps
 _ROUNDS = 4.0  # of the model's loop for motion, about
 # Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.

@@ -11,9 +11,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment, Slip
+from tcp_muscle_ros.diagnosis.experiment import STROKE, Experiment, Slip
 from tcp_muscle_ros.diagnosis.fitting import Fit
-from tcp_muscle_ros.diagnosis.weighing import STROKE, SWINGS, refitted, settle_noise
+from tcp_muscle_ros.diagnosis.weighing import SWINGS, refitted, settle_noise
 from tcp_muscle_ros.muscle import Parameters, length
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.plausibility import distance

@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.calibration import quick_noise
+from tcp_muscle_ros.diagnosis.experiment import STROKE
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.generic import Structure, drivers, structure
 from tcp_muscle_ros.diagnosis.noise import Noise
@@ -13,7 +14,6 @@ from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.replicates import done_twice, pure_error
 
 SWINGS = 'inertia'  # the effect after which a weight swings
-STROKE = ('displacement', 'force')  # the channels that show it
 
 
 @lru_cache(maxsize=8)
