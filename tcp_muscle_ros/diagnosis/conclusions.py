@@ -29,6 +29,7 @@ from tcp_muscle_ros.diagnosis.generic import drivers
 from tcp_muscle_ros.diagnosis.location import STAGE_OF, locate, worst_channel
 from tcp_muscle_ros.diagnosis.next_experiment import propose
 from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.remaining import unexplained
 from tcp_muscle_ros.diagnosis.rivals import FORM, shrink
 from tcp_muscle_ros.diagnosis.selection import Chosen, Selection
 from tcp_muscle_ros.diagnosis.sentences import finding_sentence, headline
@@ -37,10 +38,6 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
 LEAST_SIGNAL = 3.0
-# A generic misfit that keeps more than this share of what was there has not been explained by the named effects; of
-# sensors alone, whose faults are told exactly, less.
-STILL_UNEXPLAINED, _BY_SENSORS = 0.2, 0.06
-_BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
 
 
@@ -144,34 +141,6 @@ def _fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
         )
         for name in nominal_rmse
     }
-
-
-def _unexplained(selection: Selection) -> Unexplained | None:
-    """What remains, if it is real and no trifle beside what was there; what leapt is taken out, not explained."""
-    leaps = sudden.leaps(selection)
-    if leaps is not None and leaps.share >= STILL_UNEXPLAINED:
-        return leaps
-    after = selection.structure_after
-    had, has = selection.calibrated.mean_square, selection.final.mean_square
-    left: dict[str, float] = {}
-    for name, s in after.items():
-        missed = has[name] - s.noise.sigma**2
-        # Beyond the noise it is real even where no regularity predicts it; far beyond, even where none is found.
-        beyond = missed / s.noise.sigma**2
-        if (s.significant and (s.confirmed or beyond > _BEYOND)) or beyond > _FAR_BEYOND:
-            left[name] = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
-    channel = max(left, key=lambda name: left[name], default=None)
-    sensors = all(EFFECTS[c.effect].stage == 'sensor' for c in selection.chosen)
-    if channel is None or left[channel] < (_BY_SENSORS if sensors else STILL_UNEXPLAINED):
-        wandering = shared.wandering(selection)
-        return wandering if wandering is not None and wandering.share >= STILL_UNEXPLAINED else None
-    share = left[channel]
-    place = locate(selection.final, after, channel)
-    driver = place.drivers[0]
-    recording, start, end = place.intervals[0]
-    return Unexplained(
-        place.stage, channel, min(share, 1.0), driver.variable, driver.low, driver.high, (recording, start, end)
-    )
 
 
 def _most_improved(selection: Selection) -> str | None:
@@ -304,7 +273,7 @@ def conclude(
     selection: Selection, nominal: Parameters, untried: Mapping[str, str], seconds: Mapping[str, float]
 ) -> Diagnosis:
     """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why."""
-    unexplained = _unexplained(selection)
+    remains = unexplained(selection)
     before = selection.structure_before
     channel = worst_channel(before) or _most_improved(selection)
     location = None
@@ -313,7 +282,7 @@ def conclude(
         location = locate(selection.calibrated, before, channel, stage)
     findings = _findings(selection, location)
     wrong = _parameters_wrong(selection, nominal)
-    verdict = _verdict(findings, unexplained, wrong)
+    verdict = _verdict(findings, remains, wrong)
     fits = _fits(selection, nominal)
     ranking = tuple(
         Ranked(c.effect, c.stage, selection.refitted.get(c.effect, c.gain), c.effect in selection.refitted)
@@ -321,7 +290,7 @@ def conclude(
     )
     experiments = selection.final.problem.experiments
     return Diagnosis(
-        headline=headline(verdict, findings, location, fits, unexplained),
+        headline=headline(verdict, findings, location, fits, remains),
         verdict=verdict,
         recordings=summaries(experiments),
         noise={name: s.noise.sigma for name, s in selection.structure_after.items()},
@@ -332,7 +301,7 @@ def conclude(
         fit=fits,
         ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
         not_testable=_not_testable(selection, untried),
-        unexplained=unexplained,
+        unexplained=remains,
         next_experiment=_proposal(selection),
         nominal=nominal,
         improved=improved_muscle(selection),
@@ -341,7 +310,7 @@ def conclude(
         notes=(
             *notes(experiments),
             *sudden.notes(selection),
-            *shared.notes(selection, unexplained),
+            *shared.notes(selection, remains),
             *_unseen(selection),
             *_cut_short(selection),
         ),

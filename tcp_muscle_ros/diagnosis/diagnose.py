@@ -13,7 +13,8 @@ from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
 from tcp_muscle_ros.diagnosis.conclusions import calibrated_values, conclude, summaries
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.findings import Diagnosis, NotTestable
-from tcp_muscle_ros.diagnosis.selection import Selection, select
+from tcp_muscle_ros.diagnosis.second_start import select_twice
+from tcp_muscle_ros.diagnosis.selection import Selection
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 
 _LEAST_SAMPLES = 30
@@ -75,7 +76,8 @@ class _Work:
             return self._without_result('insufficient_data', 'the recordings fix none of the parameters')
         start = time.monotonic()
         untried = skipped(self.experiments)
-        self.selection = select(in_turn(self.calibration.fit), [e for e in EFFECTS if e not in untried], self.progress)
+        testable = [e for e in EFFECTS if e not in untried]
+        self.selection = select_twice(in_turn(self.calibration.fit), testable, self.progress)
         self.seconds['select'] = time.monotonic() - start
         return conclude(self.selection, self.nominal, untried, self.seconds)
 

@@ -19,12 +19,13 @@ _ANYWHERE = 2.0  # times the usual drop: what may begin and end anywhere, or dif
 @dataclass(frozen=True)
 class Picked:
     """The effect that was picked (None: none is good enough), with its contest; all candidates ranked, the signal of
-    each, and by how much each one that was refitted lowers the score; those that were rejected."""
+    each; those that were refitted, best first, and by how much each lowers the score; those that were rejected."""
 
     rival: Rival | None
     contest: Contest
     ranked: tuple[Candidate, ...]
     signals: Mapping[str, float]
+    rivals: tuple[Rival, ...]
     refitted: Mapping[str, float]
     rejected: tuple[str, ...]
 
@@ -44,12 +45,12 @@ def pick(
     """
     ranked, signals = screen(present, pool, progress)
     if not ranked or ranked[0].gain < least:
-        return Picked(None, (0.0, []), tuple(ranked), signals, {}, ())
-    rivals = rivals_for(present, ranked, progress)
+        return Picked(None, (0.0, []), tuple(ranked), signals, (), {}, ())
+    tried = rivals_for(present, ranked, progress)
     bare = penalised(present)
-    refitted = {r.effect: bare - r.score for r in rivals}
+    refitted = {r.effect: bare - r.score for r in tried}
     rejected: list[str] = []
-    rivals = every = [r for r in rivals if bare - r.score >= _least_drop(r) and begins(r)]
+    rivals = every = [r for r in tried if bare - r.score >= _least_drop(r) and begins(r)]
     for _ in range(_TRIES):
         if not rivals:
             break
@@ -62,10 +63,10 @@ def pick(
         if enough and confirmation(present, first.fit)[0].holds:
             drop = bare - first.score
             contest = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
-            return Picked(first, contest, tuple(ranked), signals, refitted, tuple(rejected))
+            return Picked(first, contest, tuple(ranked), signals, tuple(tried), refitted, tuple(rejected))
         rejected.append(first.effect)
         rivals = [r for r in rivals if r is not first]
-    return Picked(None, (0.0, []), tuple(ranked), signals, refitted, tuple(rejected))
+    return Picked(None, (0.0, []), tuple(ranked), signals, tuple(tried), refitted, tuple(rejected))
 
 
 def _least_drop(rival: Rival) -> float:

@@ -66,7 +66,7 @@ class Selection:
     """The outcome: the calibrated model, the selected one, and how both do on unseen data.
 
     ``other_conditions``: these are whole recordings, not stretches of those that were fitted. ``leapt``: the calibrated
-    model with changes for good that have no name.
+    model with changes for good that have no name. ``first``: those that competed to be the first effect, best first.
     """
 
     calibrated: Fit
@@ -82,6 +82,7 @@ class Selection:
     rejected: tuple[str, ...] = ()
     other_conditions: bool = True
     leapt: Fit | None = None
+    first: tuple[Rival, ...] = ()
 
 
 def select(
@@ -113,6 +114,13 @@ def select(
     return replace(found, leapt=leapt)
 
 
+def select_from(
+    start: Fit, calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None
+) -> Selection:
+    """Select effects on top of a calibrated fit, beginning with those that ``start`` has; they must hold like all."""
+    return _beside(settle_noise(calibrated)[0], None, effects, progress, MOST_EFFECTS, start)
+
+
 def _with_slips_of(clearer: Fit, bare: Fit) -> Fit:
     """The bare fit with the slips that show in a better one."""
     return slips.beside(bare, [e.slips for e in clearer.problem.experiments])
@@ -128,9 +136,15 @@ def _among(
 
 
 def _beside(
-    bare: Fit, beside: Fit | None, effects: Sequence[str], progress: Callable[[], None] | None, most: int
+    bare: Fit,
+    beside: Fit | None,
+    effects: Sequence[str],
+    progress: Callable[[], None] | None,
+    most: int,
+    start: Fit | None = None,
 ) -> Selection:
-    """Select effects on top of a calibrated fit, beside the slips or leaps that another one has."""
+    """Select effects on top of a calibrated fit, beside the slips or leaps that another one has; ``start``: the fit
+    with the effects to begin with."""
     calibrated = present = beside or bare
     slipping = beside is not None and slips.EFFECT not in effects  # it is what they are
     before_structure, found_structure = structures(bare), structures(present)
@@ -138,6 +152,10 @@ def _beside(
     accepted: list[str] = []
     contests: dict[str, Contest] = {}
     rejected: list[str] = []
+    if start is not None:
+        accepted = list(start.problem.parameters.effects)
+        present, found_structure = settle_noise(start)
+        contests = {e: (0.0, [Rival(e, present, penalised(present))]) for e in accepted}  # until they are revised
     while len(accepted) < most and present.problem.work.left:
         pool = [e for e in effects if e not in accepted]
 
@@ -204,6 +222,7 @@ def _beside(
         dict(first.signals) if first else {},
         tuple(rejected),
         kept_back[0].whole is not None,
+        first=first.rivals if first else (),
     )
 
 

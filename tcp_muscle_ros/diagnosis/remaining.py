@@ -1,0 +1,40 @@
+"""What remains when the search has ended: misfit that no effect took away."""
+
+from tcp_muscle_ros.diagnosis import shared, sudden
+from tcp_muscle_ros.diagnosis.findings import Unexplained
+from tcp_muscle_ros.diagnosis.location import locate
+from tcp_muscle_ros.diagnosis.selection import Selection
+from tcp_muscle_ros.muscle import EFFECTS
+
+# A generic misfit that keeps more than this share of what was there has not been explained by the named effects; of
+# sensors alone, whose faults are told exactly, less.
+STILL_UNEXPLAINED, _BY_SENSORS = 0.2, 0.06
+_BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
+
+
+def unexplained(selection: Selection) -> Unexplained | None:
+    """What remains, if it is real and no trifle beside what was there; what leapt is taken out, not explained."""
+    leaps = sudden.leaps(selection)
+    if leaps is not None and leaps.share >= STILL_UNEXPLAINED:
+        return leaps
+    after = selection.structure_after
+    had, has = selection.calibrated.mean_square, selection.final.mean_square
+    left: dict[str, float] = {}
+    for name, s in after.items():
+        missed = has[name] - s.noise.sigma**2
+        # Beyond the noise it is real even where no regularity predicts it; far beyond, even where none is found.
+        beyond = missed / s.noise.sigma**2
+        if (s.significant and (s.confirmed or beyond > _BEYOND)) or beyond > _FAR_BEYOND:
+            left[name] = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
+    channel = max(left, key=lambda name: left[name], default=None)
+    sensors = all(EFFECTS[c.effect].stage == 'sensor' for c in selection.chosen)
+    if channel is None or left[channel] < (_BY_SENSORS if sensors else STILL_UNEXPLAINED):
+        wandering = shared.wandering(selection)
+        return wandering if wandering is not None and wandering.share >= STILL_UNEXPLAINED else None
+    share = left[channel]
+    place = locate(selection.final, after, channel)
+    driver = place.drivers[0]
+    recording, start, end = place.intervals[0]
+    return Unexplained(
+        place.stage, channel, min(share, 1.0), driver.variable, driver.low, driver.high, (recording, start, end)
+    )
