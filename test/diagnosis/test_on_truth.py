@@ -133,6 +133,17 @@ def test_one_swing_above_the_unloaded_length_does_not_spoil_the_phase_of_the_oth
 
 
 @pytest.mark.slow
+def test_two_effects_of_which_neither_helps_much_alone_are_found_as_a_pair(diagnosed):
+    """Alone each helps less than a laser that drifts otherwise in each recording, and beside it."""
+    found = diagnosed(91, 'double', '', 1103)
+    assert {f.effect for f in found.findings} == {'load_stroke', 'geometric_stiffening'}
+    assert found.unexplained is None
+    assert found.ranking[0].effect not in ('load_stroke', 'geometric_stiffening')  # of the first search
+    fit = found.fit['displacement']
+    assert fit.improved < 0.15 * fit.calibrated
+
+
+@pytest.mark.slow
 def test_sudden_slips_are_named_and_leave_their_mean_to_the_better_muscle(diagnosed):
     found = diagnosed(6, 'single', 'torsional_leakage')
     assert [f.effect for f in found.findings] == ['torsional_leakage']
