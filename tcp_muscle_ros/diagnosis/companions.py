@@ -49,7 +49,7 @@ def companions(
             if good_company(calibrated, beside, rival.fit, least_of_rest(rival, _OF_REST), _least(rival)):
                 return True
             alone = not _bends(rival) and _stands_alone(rival, rivals, beside)
-            return alone and good_company(calibrated, beside, rival.fit, _MOST, _LITTLE)
+            return alone and good_company(calibrated, beside, rival.fit, least_of_rest(rival, _MOST), _LITTLE)
 
         pool = [e for e in effects if e not in contests]
         picked = pick(beside, structures(beside), pool, good, progress, least=_PROMISES)
