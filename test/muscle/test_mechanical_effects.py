@@ -1,0 +1,181 @@
+"""What each effect on the stroke is: its equation written out, or solved by another integrator."""
+
+from math import exp, log1p, pi, sqrt, tanh
+
+import numpy as np
+import pytest
+from muscle.effect_runs import (
+    LOADS,
+    NOMINAL,
+    PULSE,
+    PULSE_AND_LOAD,
+    STEP,
+    assert_same,
+    baseline,
+    e0,
+    expand,
+    model,
+    ohms,
+    solve,
+    stiffness,
+)
+from scipy.integrate import solve_ivp
+
+from tcp_muscle_ros.muscle import Parameters, simulate
+
+
+def test_creep_and_viscous_flow_solve_their_equations():
+    def creep(t, y, i, load):
+        T, xv = y
+        wanted = 0.1 * load / stiffness(T)
+        return [(i**2 * ohms(T) - 0.01933 * (T - 296.15)) / 0.17, (wanted - xv) / 15.0 * exp(0.07 * (T - 323.15))]
+
+    kelvin, late = solve(creep, [296.15, 0.1 * 0.5884 / 23.0], PULSE_AND_LOAD)
+    run = model('creep', PULSE_AND_LOAD)
+    load = np.repeat([0.5884, 0.2942, 0.5884], [800, 600, 801])
+    assert_same(run, kelvin, 1.1 * 0.5884 / 23.0 - expand(kelvin) - load / stiffness(kelvin) - late)
+
+    def flow(t, y, i, load):
+        T, _ = y
+        return [(i**2 * ohms(T) - 0.01933 * (T - 296.15)) / 0.17, 1e-5 * load * exp(0.05 * (T - 333.15))]
+
+    kelvin, flown = solve(flow, [296.15, 0.0], PULSE_AND_LOAD)
+    run = model('viscous_flow', PULSE_AND_LOAD)
+    assert_same(run, kelvin, 0.5884 / 23.0 - expand(kelvin) - load / stiffness(kelvin) - flown)
+
+
+def test_inertia_solves_its_equations():
+    def swing(t, y, i, load):
+        T, height, speed = y
+        k, mass = stiffness(T), load / 9.80665
+        equilibrium = 0.15 + expand(T) + load / k
+        pull = max(0.0, load + k * (height - equilibrium))
+        force = load - pull - 2.0 * 0.05 * sqrt(k * mass) * speed
+        return [(i**2 * ohms(T) - 0.01933 * (T - 296.15)) / 0.17, speed, force / mass]
+
+    rest = 0.15 + 0.5884 / 23.0
+    kelvin, height, _ = solve(swing, [296.15, rest, 0.0], PULSE)
+    assert_same(model('inertia', PULSE), kelvin, rest - height)
+
+
+@pytest.mark.parametrize('pressed', [0.0, 0.5, 1.0])
+def test_a_weight_that_leaps_presses_on_the_muscle_as_far_as_its_coil_holds(pressed):
+    """From 1 N to 0.3 N it swings higher than the muscle is long without a load."""
+    heavy, light, k = 0.9807, 0.2942, stiffness(296.15)
+
+    def swing(t, y):
+        pull = k * y[0]
+        force = light - (pull if pull > 0.0 else pressed * pull) - 2.0 * 0.05 * sqrt(k * light / 9.80665) * y[1]
+        return [y[1], force * 9.80665 / light]
+
+    time = np.arange(401) * STEP
+    run = simulate(
+        NOMINAL.replace({'inertia.q': pressed}).with_effects('inertia'), time, 0.0, load=light, starting_load=heavy
+    )
+    stretch = solve_ivp(swing, (0.0, time[-1]), [heavy / k, 0.0], t_eval=time, rtol=1e-10, atol=1e-12).y[0]
+    assert stretch.min() < -0.01
+    assert run.displacement - run.displacement[0] == pytest.approx(heavy / k - stretch, abs=2e-5)
+
+
+def test_inertia_rings_at_the_frequency_of_spring_and_weight():
+    time = np.arange(400) * 0.005
+    run = simulate(
+        NOMINAL.with_effects('inertia'), time, 0.0, load=np.where(time < 0.1, 0.5, 0.5884), starting_load=0.5884
+    )
+    late = run.displacement[21:]
+    crossings = np.flatnonzero(np.diff(np.sign(late - late[-60:].mean())))
+    hertz = 0.5 / (np.diff(crossings).mean() * 0.005)
+    assert hertz == pytest.approx(sqrt(23.0 * 9.80665 / 0.5884) / (2.0 * pi), rel=0.03)  # 3.1 Hz at 60 g
+
+
+def test_static_mechanics_are_what_they_say():
+    """Each length as a function of the temperature of the baseline, written out."""
+    load = LOADS[0]
+    plain = baseline(load, 0.27)
+    T = plain.fibre_temperature
+    k, rest = stiffness(T), 0.15 + load / 23.0
+    thermal = expand(T)
+    resolved = 0.15 + thermal + load / k
+
+    def alpha_times(driving):
+        return (0.25 / 0.15) * (-3.5e-6 * driving + 4.2e-4) * (driving - 296.15)
+
+    def above(x):
+        return 4.0 * np.log1p(np.exp(x / 4.0))
+
+    gap = 0.0025 * exp(-load / 0.1)
+    kinked = T - 0.5 * (T - 296.15 - above(T - 323.15) + above(296.15 - 323.15))
+    for name, length, start in (
+        ('shear_softening', 0.15 + thermal + load / (23.0 * (k / 23.0) ** 0.59), rest),
+        ('load_stroke', 0.15 + thermal / (1.0 + load / (23.0 * 0.15)) + load / k, rest),
+        ('cte_kink', 0.15 + alpha_times(kinked) + load / k, rest),
+        (
+            'coil_contact',
+            resolved + 0.95 * 0.002 * np.log1p(np.exp((0.095 - resolved) / 0.002)),
+            rest + 0.95 * 0.002 * log1p(exp((0.095 - rest) / 0.002)),
+        ),
+        ('slack', resolved + gap * np.array([tanh(value) for value in -thermal / gap]), rest),
+    ):
+        run = e0(NOMINAL.with_effects(name), load, 0.27)
+        assert run.displacement == pytest.approx(start - length, abs=1e-9), name
+
+
+def test_load_stroke_may_grow_with_the_square_of_the_load():
+    load = LOADS[0]
+    T = baseline(load, 0.27).fibre_temperature
+    opened = load / (23.0 * 0.15)
+    length = 0.15 + expand(T) / (1.0 + opened**2 / 0.2) + load / stiffness(T)
+    run = e0(NOMINAL.replace({'load_stroke.law': 1.0}).with_effects('load_stroke'), load, 0.27)
+    assert run.displacement == pytest.approx(0.15 + load / 23.0 - length, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    'name', ['hysteresis', 'friction', 'first_cycle', 'branch_cte', 'fatigue', 'torsional_leakage']
+)
+def test_switching_effects_converge_with_the_step(name):
+    """Against steps of 1.25 ms: the error falls at least in proportion to the step, or is below a nanometre."""
+
+    def at_coarse_times(step: float) -> np.ndarray:
+        time = np.arange(round(140.0 / step) + 1) * step
+        on = np.mod(np.arange(time.size), round(70.0 / step)) < round(25.0 / step)
+        run = simulate(NOMINAL.with_effects(name), time, 0.27 * on, load=0.5884)
+        return run.displacement[:: round(0.08 / step)]
+
+    fine = at_coarse_times(0.00125)
+    errors = [np.abs(at_coarse_times(step) - fine).max() for step in (0.08, 0.02, 0.005)]
+    assert errors[1] < max(0.4 * errors[0], 1e-9) and errors[2] < max(0.4 * errors[1], 1e-9), errors
+    assert errors[2] < 1e-5
+
+
+def test_hysteresis_does_not_depend_on_the_rate():
+    """A triangle of temperature, and one four times slower: displacement over temperature is the same."""
+    loops = []
+    for slow in (1.0, 4.0):
+        p = NOMINAL.replace(C=1e-4).with_effects('hysteresis')  # so light that T follows the current
+        seconds = np.arange(0.0, 4.0, 0.01)
+        wanted = 50.0 * (1.0 - np.abs(seconds / 2.0 - 1.0))
+        current = np.sqrt(0.01933 * wanted / (14.0 * (1.0 + 0.003 * wanted)))
+        run = simulate(p, seconds * slow, current, load=0.5884)
+        peak = int(np.argmax(run.temperature))
+        x, T = run.displacement, run.temperature - 296.15
+        up, down = (
+            np.interp([25.0, 35.0, 45.0], T[:peak], x[:peak]),
+            np.interp([-25.0, -15.0, -5.0], -T[peak:], x[peak:]),
+        )
+        loops.append(np.concatenate((up, down)))
+    assert loops[0] == pytest.approx(loops[1], abs=2e-6)
+
+
+def test_fatigue_counts_the_cycles_before():
+    """A muscle that has gone through n cycles goes on as one that is given n0 = n."""
+    t = np.arange(0.0, 420.0, 0.1)
+    drive = np.where(np.mod(t, 70.0) < 25.0, 0.27, 0.0)
+    whole = simulate(Parameters({'fatigue.c': 0.02}).with_effects('fatigue'), t, drive, load=0.6)
+    half = t.size // 2
+    travel = float(np.sum(np.abs(np.diff(whole.fibre_temperature[: half + 1])))) / 100.0
+    worn = Parameters({'fatigue.c': 0.02, 'fatigue.n0': travel}).with_effects('fatigue')
+    start = float(whole.fibre_temperature[half])
+    after = simulate(worn, t[half:] - t[half], drive[half:], load=0.6, temperature=start)
+    swing = np.ptp(after.displacement)
+    assert np.ptp(whole.displacement[half:]) == pytest.approx(swing, rel=1e-4)
+    assert swing < 0.97 * np.ptp(whole.displacement[:700])
