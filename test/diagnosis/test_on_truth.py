@@ -81,6 +81,15 @@ def test_a_thermometers_gain_is_a_sensors_where_the_other_parameters_hide_it_in_
 
 
 @pytest.mark.slow
+def test_an_ammeter_that_errs_otherwise_at_each_level_is_one_where_an_ohmmeter_is_right(diagnosed):
+    """It errs by a power of the current, the catalogue's by a zero; a faint hysteresis explained half as much."""
+    found = diagnosed(70, 'decoy', 'current_gain', 17, 'varied')
+    assert found.verdict == 'sensor_or_setup'
+    assert [f.effect for f in found.findings] == ['current_gain']
+    assert found.findings[0].parameters['ohms'].value == 1.0
+
+
+@pytest.mark.slow
 def test_what_a_sensor_leaves_is_unexplained_where_its_fault_would_have_left_nothing(diagnosed):
     """A resistance that bends with the current looks like one that is read late."""
     found = diagnosed(101, 'unlisted', 'varistor', 701)

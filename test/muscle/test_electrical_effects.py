@@ -79,6 +79,20 @@ def test_current_gain_is_in_what_the_ammeter_shows(kind, drive, zero):
     assert run.temperature == pytest.approx(right.temperature, abs=1e-3 if kind == 'power' and zero else 1e-8)
 
 
+@pytest.mark.parametrize(('kind', 'drive'), [('current', 0.27), ('power', 1.02), ('voltage', 4.4)])
+def test_an_ohmmeter_apart_is_right_where_the_ammeter_is_not(kind, drive):
+    time, on = protocol(20.0, 40.0)
+    wrong = NOMINAL.replace({'current_gain.z': 0.004}).with_effects('current_gain')
+    by_it, apart = (
+        simulate(muscle, time, drive * on, kind=kind, load=0.5884)
+        for muscle in (wrong, wrong.replace({'current_gain.ohms': 1.0}))
+    )
+    assert apart.resistance == pytest.approx(ohms(apart.temperature), abs=1e-9)
+    assert np.abs(by_it.resistance - apart.resistance)[on].min() > 0.02
+    assert apart.temperature == pytest.approx(by_it.temperature, abs=1e-12)
+    assert apart.current == pytest.approx(by_it.current, abs=1e-12)
+
+
 @pytest.mark.parametrize('drive', [0.001, 0.0031, 0.0035])
 def test_an_ammeter_whose_zero_is_as_large_as_the_current_neither_turns_it_round_nor_shows_any_resistance(drive):
     """What flows has the sign of what is set, and what is shown stays near what is there."""

@@ -1,6 +1,6 @@
 """Current gain: the ammeter is off, and with it what the muscle really gets for a recorded current or power.
 
-    i = g (i_shown - z),   R_shown = V / i_shown
+    i = g (i_shown - z),   R_shown = V / i_shown, or R where an ohmmeter measures it apart
 
 z is what it shows beside the current that flows. A recorded power is V i_shown, where V is that of the plain
 resistance (equation 4); a recorded voltage is right. Where it shows nothing nothing flows.
@@ -52,7 +52,9 @@ def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     flows = q[CURRENT]
     shown = flows / c[0] + c[1]
     # Of a current that is as small as the zero nobody computes a resistance.
-    if shown * flows > 0.0 and _TOO_FAR > flows / shown > 1.0 / _TOO_FAR:
+    if c[2] > 0.5:
+        pass  # another instrument
+    elif shown * flows > 0.0 and _TOO_FAR > flows / shown > 1.0 / _TOO_FAR:
         q[SHOWN_RESISTANCE] *= flows / shown
     else:
         q[SHOWN_RESISTANCE] *= c[0]
@@ -66,13 +68,17 @@ EFFECT = Effect(
     name='current_gain',
     row='',
     stage='sensor',
-    equation='i = g (i_shown - z), R_shown = V / i_shown',
+    equation='i = g (i_shown - z), R_shown = V / i_shown (an ohmmeter: R)',
     source='tolerance of shunts and displays',
     parameters=(
         Parameter('g', 1.02, '1', 0.5, 2.0, 'slope of true over shown current', 'estimated: 1 to 3 %'),
         Parameter('z', 0.0, 'A', -5e-3, 5e-3, 'shown beside what flows', 'estimated: 0.1 to 1 % of a range of 0.5 A'),
+        Parameter(
+            'ohms', 0.0, '1', 0.0, 1.0, 'how the resistance is measured: 0 by this ammeter, 1 apart', 'a free choice',
+            choices=('by this ammeter', 'apart'), fitted=False,
+        ),
     ),
     hooks={'surroundings': surroundings, 'sensor': sensor},
     strength='g',
     none=1.0,
-)
+)  # fmt: skip
