@@ -297,7 +297,8 @@ def draw(path: Path, experiment: Experiment, curves: dict[str, dict[str, np.ndar
     for row, (name, found) in enumerate(curves.items()):
         o = experiment.observed[name]
         left, right = axes[2 * row], axes[2 * row + 1]
-        left.plot(o.time, shown(name, o.value), '.', markersize=1.5, color=RECORDED, label='recorded')
+        # Broad, for what the improved muscle shows lies upon it.
+        left.plot(o.time, shown(name, o.value), '.', markersize=5.0, color=RECORDED, label='recorded')
         for label, colour, said in (('nominal', BEFORE, 'nominal'), ('node', AFTER, 'sim_node with improved.yaml')):
             left.plot(o.time, shown(name, found[label]), '.', markersize=1.2, color=colour, label=said)
             error = shown(name, o.value) - shown(name, found[label])
@@ -311,7 +312,8 @@ def draw(path: Path, experiment: Experiment, curves: dict[str, dict[str, np.ndar
                 experiment.imposed.time, low, high, where=on, step='post', color=DRIVE, alpha=0.12, linewidth=0
             )
             axis.set_ylim(low, high)
-    axes[0].legend(fontsize=8, frameon=False, markerscale=6)
+    lines, said_of_them = axes[0].get_legend_handles_labels()
+    figure.legend(lines, said_of_them, loc='outside upper center', ncols=3, fontsize=9, frameon=False, markerscale=4)
     axes[0].set_title('an experiment that the diagnosis has not seen', fontsize=10)
     axes[1].set_title('error', fontsize=10)
     for axis in axes[-2:]:
