@@ -186,7 +186,7 @@ def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[Not
     found += [
         NotTestable(name, hidden)
         for name in EFFECTS
-        if name not in untried and name not in chosen and selection.signals.get(name, 0.0) < LEAST_SIGNAL
+        if name not in untried and name not in chosen and selection.first.signals.get(name, 0.0) < LEAST_SIGNAL
     ]
     return tuple(found)
 
@@ -284,9 +284,9 @@ def conclude(
     wrong = _parameters_wrong(selection, nominal)
     verdict = _verdict(findings, remains, wrong)
     fits = _fits(selection, nominal)
+    refitted = selection.first.refitted
     ranking = tuple(
-        Ranked(c.effect, c.stage, selection.refitted.get(c.effect, c.gain), c.effect in selection.refitted)
-        for c in selection.ranked
+        Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
     )
     experiments = selection.final.problem.experiments
     return Diagnosis(

@@ -1,7 +1,7 @@
 """Pick the next effect: the best of those that promise most, refitted, if it is real and unseen data confirm it."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tcp_muscle_ros.diagnosis.candidates import Candidate, screen
 from tcp_muscle_ros.diagnosis.company import THRESHOLD, Contest, share
@@ -18,16 +18,23 @@ _ANYWHERE = 2.0  # times the usual drop: what may begin and end anywhere, or dif
 
 @dataclass(frozen=True)
 class Picked:
-    """The effect that was picked (None: none is good enough), with its contest; all candidates ranked, the signal of
-    each; those that were refitted, best first, and by how much each lowers the score; those that were rejected."""
+    """The effect that was picked (None: none is good enough), with its contest; all candidates ranked, and the signal
+    of each; those that were refitted, best first, and the score without any."""
 
     rival: Rival | None
     contest: Contest
     ranked: tuple[Candidate, ...]
     signals: Mapping[str, float]
-    rivals: tuple[Rival, ...]
-    refitted: Mapping[str, float]
-    rejected: tuple[str, ...]
+    rivals: tuple[Rival, ...] = ()
+    bare: float = 0.0
+
+    @property
+    def refitted(self) -> dict[str, float]:
+        """By how much each one that was refitted lowers the score."""
+        return {r.effect: self.bare - r.score for r in self.rivals}
+
+
+NOTHING = Picked(None, (0.0, []), (), {})  # where none was looked for
 
 
 def pick(
@@ -45,11 +52,10 @@ def pick(
     """
     ranked, signals = screen(present, pool, progress)
     if not ranked or ranked[0].gain < least:
-        return Picked(None, (0.0, []), tuple(ranked), signals, (), {}, ())
+        return Picked(None, (0.0, []), tuple(ranked), signals)
     tried = rivals_for(present, ranked, progress)
     bare = penalised(present)
-    refitted = {r.effect: bare - r.score for r in tried}
-    rejected: list[str] = []
+    none = Picked(None, (0.0, []), tuple(ranked), signals, tuple(tried), bare)
     rivals = every = [r for r in tried if bare - r.score >= _least_drop(r) and begins(r)]
     for _ in range(_TRIES):
         if not rivals:
@@ -63,10 +69,9 @@ def pick(
         if enough and confirmation(present, first.fit)[0].holds:
             drop = bare - first.score
             contest = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
-            return Picked(first, contest, tuple(ranked), signals, tuple(tried), refitted, tuple(rejected))
-        rejected.append(first.effect)
+            return replace(none, rival=first, contest=contest)
         rivals = [r for r in rivals if r is not first]
-    return Picked(None, (0.0, []), tuple(ranked), signals, tuple(tried), refitted, tuple(rejected))
+    return none
 
 
 def _least_drop(rival: Rival) -> float:

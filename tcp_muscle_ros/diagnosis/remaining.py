@@ -8,14 +8,14 @@ from tcp_muscle_ros.muscle import EFFECTS
 
 # A generic misfit that keeps more than this share of what was there has not been explained by the named effects; of
 # sensors alone, whose faults are told exactly, less.
-STILL_UNEXPLAINED, _BY_SENSORS = 0.2, 0.06
+_STILL, _BY_SENSORS = 0.2, 0.06
 _BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
 
 
 def unexplained(selection: Selection) -> Unexplained | None:
     """What remains, if it is real and no trifle beside what was there; what leapt is taken out, not explained."""
     leaps = sudden.leaps(selection)
-    if leaps is not None and leaps.share >= STILL_UNEXPLAINED:
+    if leaps is not None and leaps.share >= _STILL:
         return leaps
     after = selection.structure_after
     had, has = selection.calibrated.mean_square, selection.final.mean_square
@@ -28,9 +28,9 @@ def unexplained(selection: Selection) -> Unexplained | None:
             left[name] = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
     channel = max(left, key=lambda name: left[name], default=None)
     sensors = all(EFFECTS[c.effect].stage == 'sensor' for c in selection.chosen)
-    if channel is None or left[channel] < (_BY_SENSORS if sensors else STILL_UNEXPLAINED):
+    if channel is None or left[channel] < (_BY_SENSORS if sensors else _STILL):
         wandering = shared.wandering(selection)
-        return wandering if wandering is not None and wandering.share >= STILL_UNEXPLAINED else None
+        return wandering if wandering is not None and wandering.share >= _STILL else None
     share = left[channel]
     place = locate(selection.final, after, channel)
     driver = place.drivers[0]

@@ -7,6 +7,7 @@ Where the search ends with something unexplained, it is begun anew from the best
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from tcp_muscle_ros.diagnosis import slips
 from tcp_muscle_ros.diagnosis.candidates import screen
 from tcp_muscle_ros.diagnosis.company import THRESHOLD
 from tcp_muscle_ros.diagnosis.fitting import Fit
@@ -17,7 +18,7 @@ from tcp_muscle_ros.diagnosis.weighing import SWINGS, with_noise
 
 _SECONDS = 2  # refitted beside each first effect
 _PROMISES = 2.0 * THRESHOLD  # worth the time of a search
-_HALF = 0.5  # of what was unexplained: as much as may be left
+_LEFT = 0.5  # of what was unexplained: as much as may still be
 
 
 def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
@@ -27,7 +28,7 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
     """
     found = select(calibrated, effects, progress)
     left = unexplained(found)
-    sudden = found.leapt is not None or any(e.slips for e in found.final.problem.experiments)
+    sudden = found.leapt is not None or slips.slipping(found.final)
     if left is None or sudden or SWINGS in found.final.problem.parameters.effects:
         return found
     pair = _best_pair(found, effects, progress)
@@ -35,15 +36,9 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
         return found
     again = select_from(pair.fit, calibrated, effects, progress)
     still = unexplained(again)
-    if not again.chosen or (still and still.share > _HALF * left.share) or not _better(again.final, found.final):
+    if not again.chosen or (still and still.share > _LEFT * left.share) or not _better(again.final, found.final):
         return found
-    return replace(
-        again,
-        ranked=found.ranked,
-        refitted=found.refitted,
-        signals=found.signals,
-        rejected=tuple(dict.fromkeys((*found.rejected, *again.rejected))),
-    )
+    return replace(again, first=found.first)
 
 
 def _best_pair(found: Selection, effects: Sequence[str], progress: Callable[[], None] | None) -> Rival | None:
@@ -55,7 +50,7 @@ def _best_pair(found: Selection, effects: Sequence[str], progress: Callable[[], 
         return bool(chosen) and chosen <= pair
 
     pairs = []
-    for first in found.first:
+    for first in found.first.rivals:
         apart = [e for e in effects if e not in (first.effect, SWINGS) and not tried({first.effect, e})]
         if apart and found.final.problem.work.left:
             alone = with_noise(first.fit, dict(found.final.problem.noise))

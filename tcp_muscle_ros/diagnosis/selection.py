@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tcp_muscle_ros.diagnosis import slips
-from tcp_muscle_ros.diagnosis.candidates import Candidate
 from tcp_muscle_ros.diagnosis.companions import companions
 from tcp_muscle_ros.diagnosis.company import (
     OF_REST_AT_FIRST,
@@ -26,7 +25,7 @@ from tcp_muscle_ros.diagnosis.company import (
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, confirmation, held_out, stretches
-from tcp_muscle_ros.diagnosis.picking import Picked, pick
+from tcp_muscle_ros.diagnosis.picking import NOTHING, Picked, pick
 from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, calmed, settle_noise, structures, with_noise
 from tcp_muscle_ros.muscle import EFFECTS
@@ -66,7 +65,7 @@ class Selection:
     """The outcome: the calibrated model, the selected one, and how both do on unseen data.
 
     ``other_conditions``: these are whole recordings, not stretches of those that were fitted. ``leapt``: the calibrated
-    model with changes for good that have no name. ``first``: those that competed to be the first effect, best first.
+    model with changes for good that have no name. ``first``: how the first effect was picked.
     """
 
     calibrated: Fit
@@ -76,13 +75,9 @@ class Selection:
     after: HeldOut
     structure_before: dict[str, Structure]
     structure_after: dict[str, Structure]
-    ranked: tuple[Candidate, ...]
-    refitted: dict[str, float]
-    signals: dict[str, float]
-    rejected: tuple[str, ...] = ()
+    first: Picked
     other_conditions: bool = True
     leapt: Fit | None = None
-    first: tuple[Rival, ...] = ()
 
 
 def select(
@@ -106,8 +101,7 @@ def select(
     found = _beside(bare, leapt, effects, progress, most)
     if leapt is not None and found.chosen and slips.leapt(slips.taken_out(found.final)) is None:
         leapt, found = None, _beside(bare, None, effects, progress, most)
-    slipping = any(e.slips for e in found.final.problem.experiments)
-    if found.chosen and leapt is None and not slipping and found.final.problem.work.left:
+    if found.chosen and leapt is None and not slips.slipping(found.final) and found.final.problem.work.left:
         clearer = slips.slipped(found.final)
         if clearer is not None:
             return _among(bare, _with_slips_of(clearer, bare), effects, progress, most)
@@ -151,7 +145,6 @@ def _beside(
     first: Picked | None = None
     accepted: list[str] = []
     contests: dict[str, Contest] = {}
-    rejected: list[str] = []
     if start is not None:
         accepted = list(start.problem.parameters.effects)
         present, found_structure = settle_noise(start)
@@ -167,7 +160,6 @@ def _beside(
 
         picked = pick(present, found_structure, pool, good, progress)
         first = first or picked
-        rejected += picked.rejected
         if picked.rival is None:
             break
         effect = picked.rival.effect
@@ -217,12 +209,8 @@ def _beside(
         held_out(present, kept_back),
         before_structure,
         found_structure,
-        first.ranked if first else (),
-        dict(first.refitted) if first else {},
-        dict(first.signals) if first else {},
-        tuple(rejected),
+        first or NOTHING,
         kept_back[0].whole is not None,
-        first=first.rivals if first else (),
     )
 
 

@@ -38,6 +38,11 @@ _UNSURE = 3.0  # times what is usual: what is slow and missed bends them too
 _ROUNDS = 3
 
 
+def slipping(fitted: Fit) -> bool:
+    """Whether a fit has sudden slips."""
+    return any(e.slips for e in fitted.problem.experiments)
+
+
 def slipped(fitted: Fit) -> Fit | None:
     """The same fit with the slips that it leaves, or None where it shows none."""
     found = _found(fitted, _CLEAR, _APART, (_REACH,))

@@ -51,13 +51,10 @@ def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """What is read from it."""
     flows = q[CURRENT]
     shown = flows / c[0] + c[1]
-    # Of a current that is as small as the zero nobody computes a resistance.
-    if c[2] > 0.5:
-        pass  # another instrument
-    elif shown * flows > 0.0 and _TOO_FAR > flows / shown > 1.0 / _TOO_FAR:
-        q[SHOWN_RESISTANCE] *= flows / shown
-    else:
-        q[SHOWN_RESISTANCE] *= c[0]
+    if c[2] < 0.5:  # else another instrument shows the resistance
+        # Of a current that is as small as the zero nobody computes one.
+        sensible = shown * flows > 0.0 and _TOO_FAR > flows / shown > 1.0 / _TOO_FAR
+        q[SHOWN_RESISTANCE] *= flows / shown if sensible else c[0]
     if q[SHOWN_CURRENT] != 0.0:
         q[SHOWN_CURRENT] = q[SHOWN_CURRENT] / c[0] + c[1]
     if q[SHOWN_POWER] > 0.0:
