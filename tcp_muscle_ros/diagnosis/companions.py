@@ -72,6 +72,18 @@ def companions(
     return Companions(_beside(present, ()), contests, standing, other_conditions)
 
 
+def stand_ins(present: Fit, accepted: Sequence[str]) -> list[str]:
+    """Those of the accepted effects that a companion leaves nothing to explain, though what their forms may miss was
+    allowed for: they stood in its place."""
+    found: list[str] = []
+    for effect in accepted:
+        bare = shrink(present, effect)
+        if penalised(bare) - penalised(present) < THRESHOLD:
+            found.append(effect)
+            present = bare
+    return found
+
+
 def _beside(present: Fit, others: tuple[str, ...]) -> Fit:
     """The fit by which an effect beside these others is judged: what their forms may miss is allowed for."""
     allowed = allowing_forms(present, others)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tcp_muscle_ros.diagnosis import slips
-from tcp_muscle_ros.diagnosis.companions import companions
+from tcp_muscle_ros.diagnosis.companions import companions, stand_ins
 from tcp_muscle_ros.diagnosis.company import (
     OF_REST_AT_FIRST,
     Contest,
@@ -26,7 +26,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.picking import NOTHING, Picked, pick
-from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
+from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised, shrink
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, calmed, settle_noise, structures, with_noise
 from tcp_muscle_ros.muscle import EFFECTS
 
@@ -191,10 +191,16 @@ def _beside(
         pool = [e for e in effects if e not in (*accepted, SWINGS) and EFFECTS[e].stage != hidden]
         found = companions(present, accepted, pool, calibrated, most, progress)
         present, contests, standing = found.fit, contests | found.contests, standing | found.standing
-        accepted += found.contests
+        accepted = [*accepted, *found.contests]
         found_structure = structures(present)
         if not found.other_conditions:
             kept_back = stretches(present.problem)
+        refuted = stand_ins(present, accepted) if found.contests else []
+        if refuted:
+            present, accepted, contests = _without(refuted, present, accepted, contests, progress)
+            present = settle_noise(present, 1)[0]
+            present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated, not slipping)
+            found_structure = structures(present)
     # Compared under one noise: the final model's.
     reference = with_noise(bare, dict(present.problem.noise)) if accepted or beside else bare
     chosen = []
@@ -212,6 +218,23 @@ def _beside(
         first or NOTHING,
         kept_back[0].whole is not None,
     )
+
+
+def _without(
+    refuted: Sequence[str],
+    present: Fit,
+    accepted: Sequence[str],
+    contests: dict[str, Contest],
+    progress: Callable[[], None] | None,
+) -> tuple[Fit, list[str], dict[str, Contest]]:
+    """The fit without those that are refuted, and what the others are worth then: against whatever came close to them,
+    or to those."""
+    for effect in refuted:
+        present = shrink(present, effect)
+    left = [e for e in accepted if e not in refuted]
+    near = [r for e in refuted for r in contests[e][1]]
+    close = {e: (contests[e][0], [r for r in (*contests[e][1], *near) if r.effect not in refuted]) for e in left}
+    return revise(present, left, left, close, progress)
 
 
 def _slipping(bare: Fit, slipped: Fit) -> Chosen:

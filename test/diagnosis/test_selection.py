@@ -268,3 +268,17 @@ def test_a_search_that_has_spent_its_budget_ends_with_what_it_has(softened):
     found = select(replace(softened, problem=replace(softened.problem, work=Work())), ['load_stroke', 'friction'])
     assert [c.effect for c in found.chosen] == ['load_stroke']
     assert found.final.problem.work.steps > TIME.size * 3 * 20
+
+
+def test_what_a_companion_leaves_nothing_to_explain_stood_in_its_place():
+    """A lag is the simpler name for a delay that it nearly follows. Beside it, whatever its form may miss, the delay is
+    found; with the delay there is no lag."""
+    late = TRUE.with_effects('clock_skew').replace({'clock_skew.d': 0.4})
+    switching = np.where(np.mod(TIME, 5.0) < 2.25, 0.27, 0.03)
+    runs = [
+        experiment(CHANNELS[:2], seed=1, muscle=late),
+        experiment(CHANNELS[:2], seed=2, drive=switching, muscle=late),
+    ]
+    (chosen,) = select(calibrate(runs, NOMINAL).fit, ['thermocouple_lag', 'clock_skew']).chosen
+    assert chosen.effect == 'clock_skew'
+    assert chosen.indistinguishable == ()
