@@ -56,6 +56,7 @@ def summary(answers: list[Answer], reports: Path) -> dict[str, Any]:
             'partner': answer.label['partner'],
             'before': [sorted(named(f)) for f in answer.findings],
             'experiment': answer.report['next_experiment']['name'] if answer.report else None,
+            'separates': answer.report['next_experiment'].get('separates') if answer.report else None,
             'power': answer.report['next_experiment']['power'] if answer.report else None,
             'after': [[f['effect'], *f['indistinguishable_from']] for f in (after or {}).get('findings') or []],
             'resolved': resolved(answer, after),

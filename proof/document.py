@@ -151,6 +151,8 @@ def _pairs(pairs: Row | None) -> list[str]:
     for row in pairs['cases']:
         then = '; '.join(' or '.join(found) for found in row['after']) or 'nothing'
         promised = '-' if row['power'] is None else f'{100 * row["power"]:.0f} %'
+        if row.get('separates'):  # that pair was promised, of what may be a set of more
+            promised = f'{" from ".join(row["separates"])} {promised}'
         decided = 'yes' if row['resolved'] else 'no'
         lines.append(f'| {row["effect"]} | {row["partner"]} | {row["experiment"]} | {promised} | {then} | {decided} |')
     return [*lines, '']

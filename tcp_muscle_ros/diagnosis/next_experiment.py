@@ -98,6 +98,11 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
             'the same heating at three loads',
             tuple(s for f in (low, base, high) for s in (on(30.0, 1.0, f), rest(60.0, f))),
         ),
+        Plan(
+            'holds at three loads',
+            'what lasts: how it grows with the load',
+            tuple(s for f in (low, base, high) for s in (on(90.0, 1.0, f), rest(40.0, f))),
+        ),
     ]
 
 
@@ -155,7 +160,9 @@ def propose(alike: Mapping[str, Fit], bare: Fit, drop: float) -> Proposal | None
     if not found:
         return None
     plan, _, apart, needed = max(found, key=lambda one: one[1])
-    pair, distance = max(apart.items(), key=lambda one: one[1])
+    # Rather the one that is named from another than two others from each other.
+    named = next(iter(members))
+    pair, distance = max(apart.items(), key=lambda one: (one[1] >= needed, named in one[0], one[1]))
     # The likelihood ratio of the right model is about normal with mean d^2 and standard deviation 2 d.
     spread = 2.0 * float(np.sqrt(max(distance, 1e-12)))
     power = float(norm.sf((needed - distance) / spread))

@@ -61,3 +61,14 @@ def test_what_an_effect_has_for_each_recording_by_itself_it_has_anew(late):
     drifting = with_drift(bare, -3e-5, own=False, rounds=0)  # 9 mm in the 300 s
     assert separation(drifting, with_drift(bare, 1e-5, own=True), planned) < 200.0  # what its prior says of it
     assert separation(drifting, with_drift(bare, 1e-5, own=False), planned) > 1e4
+
+
+def test_what_flows_is_told_from_an_end_that_turns_by_holds_at_other_loads():
+    flowing = TRUE.with_effects('viscous_flow').replace({'viscous_flow.m': 5e-6})
+    bare = calibrate([experiment(CHANNELS, seed=1, muscle=flowing)], NOMINAL).fit
+    ranked, _ = screen(bare, ['viscous_flow', 'torsional_leakage'])
+    rivals = {rival.effect: rival for rival in rivals_for(bare, ranked, None)}
+    found = proposal((bare, rivals), 'viscous_flow', 'torsional_leakage')
+    assert found.name == 'holds at three loads'
+    assert found.separates == ('viscous_flow', 'torsional_leakage')
+    assert found.power > 0.9
