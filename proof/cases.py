@@ -82,12 +82,13 @@ def signals_of(case: Case, bench: Bench | None = None) -> list[Signals]:
     return signals
 
 
-def composition(suite: str, cases: int, seed: int) -> list[tuple[str, str]]:
-    """(kind, what) of each case, in an order that says nothing. cases = 0: the full suite."""
+def composition(suite: str, cases: int, seed: int, kinds: Sequence[str] = tuple(FULL)) -> list[tuple[str, str]]:
+    """(kind, what) of each case, in an order that says nothing. cases = 0: the full suite, or all of these kinds."""
     rng = np.random.default_rng([seed, zlib.crc32(suite.encode())])
-    total = sum(FULL.values())
-    counts = dict(FULL) if cases in (0, total) else {k: int(n * cases / total) for k, n in FULL.items()}
-    for kind in sorted(FULL, key=lambda k: -(FULL[k] * cases / total % 1)):
+    full = {kind: n for kind, n in FULL.items() if kind in kinds}
+    total = sum(full.values())
+    counts = dict(full) if cases in (0, total) else {k: int(n * cases / total) for k, n in full.items()}
+    for kind in sorted(full, key=lambda k: -(full[k] * cases / total % 1)):
         if 0 < cases != sum(counts.values()):
             counts[kind] += 1
     form = SUITES[suite]

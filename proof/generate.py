@@ -1,6 +1,7 @@
 """Write a suite of cases as bags, and its labels, sealed, beside them.
 
 python -m proof.generate --suite development --cases 40 --seed 1 --output DIR
+python -m proof.generate --suite varied --kinds double,triple --seed 2 --output DIR    (cases of these kinds alone)
 
 DIR/<case>/recording_<k>/ are rosbag2 bags, DIR/<case>/parameters.yaml the nominal parameters where a case has any.
 Labels are not in DIR: they go to DIR.labels.json (or --labels), whose SHA-256 is printed and stored in DIR/SEAL.
@@ -12,6 +13,7 @@ import json
 import shutil
 import sys
 import time
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
@@ -20,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from proof.cases import SUITES, Case, composition, make_case, signals_of
+from proof.cases import FULL, SUITES, Case, composition, make_case, signals_of
 from proof.protocols import unseen
 from proof.recordings import START_NS, instrument, write
 from proof.truth import Experiment, Signals, observe
@@ -97,7 +99,14 @@ def _one(
 
 
 def generate(
-    suite: str, cases: int, seed: int, directory: Path, labels: Path, jobs: int = 2, held_out: Path | None = None
+    suite: str,
+    cases: int,
+    seed: int,
+    directory: Path,
+    labels: Path,
+    jobs: int = 2,
+    held_out: Path | None = None,
+    kinds: Sequence[str] = tuple(FULL),
 ) -> str:
     """Write a suite; the SHA-256 of its labels."""
     for folder in (directory, held_out):
@@ -106,7 +115,7 @@ def generate(
         if folder and folder.exists():
             shutil.rmtree(folder)
     directory.mkdir(parents=True)
-    wanted = list(enumerate(composition(suite, cases, seed)))
+    wanted = list(enumerate(composition(suite, cases, seed, kinds)))
     work = partial(_one, suite=suite, seed=seed, directory=directory, held_out=held_out)
     if jobs == 1:
         found = [work(item) for item in wanted]
@@ -129,11 +138,20 @@ def _plain(value: Any) -> Any:
     raise TypeError(f'no JSON for {type(value).__name__}')
 
 
+def _kinds(text: str) -> tuple[str, ...]:
+    kinds = tuple(text.split(','))
+    for kind in kinds:
+        if kind not in FULL:
+            raise argparse.ArgumentTypeError(f'{kind!r} is no kind of case: choose of {", ".join(FULL)}')
+    return kinds
+
+
 def main(arguments: list[str] | None = None) -> int:
     """The command."""
     parser = argparse.ArgumentParser(prog='python -m proof.generate', description=__doc__.splitlines()[0])
     parser.add_argument('--suite', choices=list(SUITES), default='development')
     parser.add_argument('--cases', type=int, default=0, help='how many; 0 = the full suite')
+    parser.add_argument('--kinds', type=_kinds, default=tuple(FULL), help=f'some of {",".join(FULL)}')
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--output', type=Path, required=True)
     parser.add_argument('--labels', type=Path, help='default: OUTPUT.labels.json')
@@ -142,7 +160,16 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     labels = chosen.labels or chosen.output.with_name(chosen.output.name + '.labels.json')
     start = time.perf_counter()
-    seal = generate(chosen.suite, chosen.cases, chosen.seed, chosen.output, labels, chosen.jobs, chosen.held_out)
+    seal = generate(
+        chosen.suite,
+        chosen.cases,
+        chosen.seed,
+        chosen.output,
+        labels,
+        chosen.jobs,
+        chosen.held_out,
+        chosen.kinds,
+    )
     print(f'SHA-256 of the labels: {seal}')
     print(f'cases in {chosen.output}, labels in {labels}, {time.perf_counter() - start:.1f} s')
     return 0

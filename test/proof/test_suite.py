@@ -42,6 +42,12 @@ def test_a_smaller_suite_has_as_many_cases_as_asked_for(cases):
     assert len(composition('development', cases, 1)) == cases
 
 
+def test_a_suite_can_be_of_some_kinds_alone():
+    wanted = composition('varied', 30, 1, ('triple', 'double'))
+    kinds = [kind for kind, _ in wanted]
+    assert (kinds.count('double'), kinds.count('triple'), len(kinds)) == (23, 7, 30)  # as 60 and 20 in the full suite
+
+
 def test_the_suites_differ_in_seeds_and_in_forms():
     cases = [make_case(suite, 1, 0, 'single', 'creep') for suite in SUITES]
     assert len({case.concealed[0].form for case in cases}) == len(SUITES)
