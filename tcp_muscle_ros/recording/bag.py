@@ -190,8 +190,8 @@ def _complete(types: 'Typesdict', name: str) -> bool:
 
 
 def _sources(bag: _Bag, namespace: str | None, channels: Mapping[str, str], units: Mapping[str, str]) -> list[_Source]:
-    for name in (*channels, *units):
-        channel_kind(name, '--channel' if name in channels else '--unit')
+    channels = {channel_kind(name, '--channel').name: text for name, text in channels.items()}
+    units = {channel_kind(name, '--unit').name: unit for name, unit in units.items()}
     prefix = _namespace(bag, namespace, bool(channels))
     topics: dict[str, tuple[str, str, bool]] = {}
     for kind in CHANNELS.values():

@@ -160,7 +160,7 @@ def _run(entry: Section, group: str, layers: list[Section]) -> Run:
     columns = section.section('columns')
     for name in columns.names():
         kind = channel_kind(name, columns.where)
-        channels[name] = _source(columns, name, kind.unit)
+        channels[kind.name] = _source(columns, name, kind.unit)
     drives = section.section('input')
     drives.only(*DRIVES)
     for name in drives.names():

@@ -26,6 +26,7 @@ _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _METADATA, _DATA_END = 3, 4
 _RECORD = struct.Struct('<BQ')
 _MESSAGE_HEAD = struct.Struct('<HIQQ')
 _TO_DATA = _RECORD.size + _MESSAGE_HEAD.size
+_TEXT = ('.csv', '.tsv', '.txt')
 _LAST_NS = 2**63 - 1  # a log time is a uint64, the time of ROS an int64
 
 
@@ -80,8 +81,9 @@ class McapFile:
         with self.path.open('rb') as file:
             head = file.read(len(MAGIC))
             if head != MAGIC:
-                size = self.path.stat().st_size
-                raise BadInput(f'{self.path}: {"empty file" if size == 0 else "not an MCAP file"}, expected a rosbag2')
+                what = 'empty file' if self.path.stat().st_size == 0 else 'not an MCAP file'
+                hint = "; 'tcp_muscle import' makes bags of CSV files" if self.path.suffix.lower() in _TEXT else ''
+                raise BadInput(f'{self.path}: {what}, expected a rosbag2{hint}')
             return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
 
     def _scan(self) -> None:

@@ -64,11 +64,11 @@ def shared(new: _Numbers, others: Iterable[_Numbers]) -> _Numbers:
 
 
 def channel_kind(name: str, where: str) -> ChannelKind:
-    """The kind of a channel by name. BadInput, begun with `where`, for an unknown one."""
-    try:
-        return CHANNELS[name]
-    except KeyError:
-        raise BadInput(f"{where}: unknown channel '{name}'{nearest(name, CHANNELS)}") from None
+    """The kind of a channel by its name or that of its topic. BadInput, begun with `where`, for an unknown one."""
+    kind = CHANNELS.get(name) or next((kind for kind in CHANNELS.values() if kind.topic == name), None)
+    if kind is None:
+        raise BadInput(f"{where}: unknown channel '{name}'{nearest(name, CHANNELS)}")
+    return kind
 
 
 @dataclass(frozen=True)

@@ -58,8 +58,9 @@ def test_what_is_read_some_at_a_time_is_what_is_read_at_once(tmp_path, storage, 
 
 def test_one_field_can_be_two_channels(tmp_path):
     bag = write_foreign(tmp_path / 'bag', ticks())
-    recording = read_bag(bag, channels={'ambient': 'temperature'})
-    np.testing.assert_array_equal(recording['ambient'].value, recording['temperature'].value)
+    for name in ('ambient', 'ambient_temperature'):  # of the channel, or of its topic
+        recording = read_bag(bag, channels={name: 'temperature'})
+        np.testing.assert_array_equal(recording['ambient'].value, recording['temperature'].value)
 
 
 def test_order_in_the_file_is_not_time_order(tmp_path):
@@ -480,6 +481,7 @@ def test_bags_that_cannot_be_read_say_why_in_one_line(tmp_path):
     write_foreign(tmp_path / 'no_messages', [])
     (tmp_path / 'folder').mkdir()
     (tmp_path / 'text.mcap').write_text('this is no bag')
+    (tmp_path / 'log.csv').write_text('time,temperature')
     (tmp_path / 'text.db3').write_text('this is no bag, and long enough to be taken for a header of sqlite')
     (tmp_path / 'zero.mcap').touch()
     (tmp_path / 'zero').mkdir()
@@ -489,6 +491,7 @@ def test_bags_that_cannot_be_read_say_why_in_one_line(tmp_path):
         'no_messages': 'empty bag',
         'folder': 'no bag: the directory has no .mcap or .db3 file',
         'text.mcap': 'not an MCAP file',
+        'log.csv': "expected a rosbag2; 'tcp_muscle import' makes bags of CSV files",
         'text.db3': 'not a readable rosbag2 sqlite3 file',
         'zero.mcap': 'empty file',
         'zero': 'empty bag',

@@ -78,6 +78,12 @@ def test_a_schedule_switches_at_its_own_times_between_the_rows(imported):
     assert {2.5, 4.5} <= set(power.time)
 
 
+def test_a_channel_may_be_called_as_its_topic(imported):
+    csv_map = 'dt_s: 1\ncolumns: {ambient_temperature: {column: t}}\nruns: [{file: run_1.csv}]'
+    recording = imported('t\n20\n21\n', csv_map)['run_1']
+    assert recording['ambient'].value.tolist() == [293.15, 294.15]
+
+
 def test_repeated_headings_are_told_apart_by_occurrence_or_index(imported):
     runs = imported(
         't,x,x\n0,1,5\n1,2,6\n',
