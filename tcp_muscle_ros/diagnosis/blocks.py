@@ -18,6 +18,7 @@ _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, 
 _UNUSUAL = 8.0  # times the usual change of a load that changes all the time: a step
 _RINGING, _SWINGING = 1.5, 5.0  # s after a step of the load: a swing is strong, and may still be seen
 _QUICK = 0.01  # s: a swing at 5 Hz is smaller by half a percent when averaged over so long
+_FEW, _RHYTHM = 0.1, 1.5  # of the samples; and sampling periods: what lies farther apart was not sampled in between
 STEPS_APART = 2.0  # s, on average: steps of a load that are closer are none
 
 
@@ -53,6 +54,18 @@ def instants_of(stamps: list[Array], drive: Channel, load: Channel | float, star
     instants = np.unique(instants[(instants >= start) & (instants <= end)])
     keep = np.concatenate([[True], np.diff(instants) > 0.9 * _SAME_INSTANT])
     return np.ascontiguousarray(instants[keep])
+
+
+def switches(drive: Channel) -> Array:
+    """When a record that samples the drive at a rhythm last showed a level, and first the next one (s), shape (k, 2).
+
+    None in a record of the changes alone, which says when they were, nor where the drive changes all the time.
+    """
+    steps = np.flatnonzero(np.abs(np.diff(drive.value)) > _JUMP * float(np.ptp(drive.value)))
+    found = np.column_stack([drive.time[steps], drive.time[steps + 1]])
+    if not steps.size or steps.size > _FEW * drive.time.size:
+        return np.empty((0, 2))
+    return found[np.diff(found)[:, 0] <= _RHYTHM * float(np.median(np.diff(drive.time)))]
 
 
 @overload

@@ -8,11 +8,13 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis import switching
 from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, in_turn, quick_noise
 from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
 from tcp_muscle_ros.diagnosis.conclusions import calibrated_values, conclude, summaries
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.findings import Diagnosis, NotTestable
+from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.second_start import select_twice
 from tcp_muscle_ros.diagnosis.selection import Selection
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
@@ -71,6 +73,7 @@ class _Work:
             return self._without_result('insufficient_data', why)
         start = time.monotonic()
         self.calibration = calibrate(self.experiments, self.nominal, progress=self.progress)
+        settled = self._switched(self.calibration.fit)
         self.seconds['calibrate'] = time.monotonic() - start
         if not any(e.fixed for e in (*self.calibration.estimates, *self.calibration.combinations)):
             return self._without_result('insufficient_data', 'the recordings fix none of the parameters')
@@ -78,8 +81,18 @@ class _Work:
         untried = skipped(self.experiments)
         testable = [e for e in EFFECTS if e not in untried]
         self.selection = select_twice(in_turn(self.calibration.fit), testable, self.progress)
+        if not settled and self._switched(self.selection.final):  # beside effects that hid it
+            self.selection = select_twice(in_turn(self.calibration.fit), testable, self.progress)
         self.seconds['select'] = time.monotonic() - start
         return conclude(self.selection, self.nominal, untried, self.seconds)
+
+    def _switched(self, fitted: Fit) -> bool:
+        """Where a fit shows that the drive switched between two samples of its record: calibrate once more."""
+        moved = switching.settled(self.experiments, fitted)
+        if moved is not None:
+            self.experiments = moved
+            self.calibration = calibrate(moved, self.nominal, progress=self.progress)
+        return moved is not None
 
     def partial(self) -> Diagnosis:
         if self.calibration is None:

@@ -24,13 +24,17 @@ _HOTTER = 20.0  # K: the fibre than its thermometer, at most
 
 @dataclass(frozen=True)
 class Imposed:
-    """What was imposed: drive (A, W or V by ``kind``), load (N), ambient (K) at ``time`` (s), each shape (n,)."""
+    """What was imposed: drive (A, W or V by ``kind``), load (N), ambient (K) at ``time`` (s), each shape (n,).
+
+    ``switches``: when a record that samples the drive last showed a level, and first the next one (s), shape (k, 2).
+    """
 
     kind: str
     time: Array
     drive: Array
     load: Array
     ambient: Array
+    switches: Array = field(default_factory=lambda: np.empty((0, 2)))
 
 
 @dataclass(frozen=True)

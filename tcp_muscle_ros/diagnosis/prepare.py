@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.blocks import averaged, coarsened, hold, instants_of
+from tcp_muscle_ros.diagnosis.blocks import averaged, coarsened, hold, instants_of, switches
 from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment, Imposed, Observed
 from tcp_muscle_ros.diagnosis.holding import Conditions, holding_of, number
 from tcp_muscle_ros.errors import BadInput
@@ -48,6 +48,7 @@ def prepare(
     still = number(recording.known.get('ambient_c'), 273.15)
     if still is None:
         still = conditions.ambient if conditions.ambient is not None else nominal['T0']
+    between = switches(drive)
     drive = coarsened(drive, most, 1.0 if kind == 'power' else 2.0)
     load = coarsened(load, most, 1.0)
     start = max(float(drive.time[0]), 0.0)
@@ -63,6 +64,7 @@ def prepare(
         hold(drive, grid),
         np.maximum(hold(load, grid), 0.0) if isinstance(load, Channel) else np.full(grid.size, load),
         hold(ambient, grid) if ambient is not None and len(ambient) else np.full(grid.size, still),
+        between[(between[:, 0] >= start) & (between[:, 1] <= end)],
     )
     known = dict(recording.known)
     if len(recording.channels.get('displacement_setpoint', ())):

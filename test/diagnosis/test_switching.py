@@ -1,0 +1,100 @@
+"""Switches between two samples of their record, in recordings of the independent truth generator: nothing is concealed,
+but the current is shown as a logger samples it."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.diagnosis.blocks import switches
+from tcp_muscle_ros.diagnosis.calibration import calibrate
+from tcp_muscle_ros.diagnosis.diagnose import diagnose
+from tcp_muscle_ros.diagnosis.prepare import prepare
+from tcp_muscle_ros.diagnosis.switching import settled
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.recording import Channel
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from proof.cases import make_case
+from proof.generate import write_case
+
+NOMINAL = Parameters.named('karami_tadesse_2017')
+PERIOD = 0.15  # s
+SEED = 4715  # of its own: the development suite is tuned on others
+
+
+@pytest.fixture(scope='module')
+def recordings(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('truth')
+    case = make_case('development', SEED, 0, 'null', '')
+    write_case(case, folder)
+    return [read_bag(bag) for bag in sorted((folder / case.name).glob('recording_*'))]
+
+
+def logged(recording, late=0.0):
+    """The recording with its current as a logger shows it, whose samples have nothing to do with the switches."""
+    current = recording['current']
+    time = np.arange(0.0, current.time[-1], PERIOD)
+    value = current.value[np.maximum(np.searchsorted(current.time, time + late, side='right') - 1, 0)]
+    shown = Channel('current', time, value, current.topic)
+    return replace(recording, channels={**recording.channels, 'current': shown})
+
+
+def prepared(recordings):
+    return tuple(prepare(recording, NOMINAL, most=800) for recording in recordings)
+
+
+def fitted(experiments):
+    return calibrate(experiments, NOMINAL).fit
+
+
+def true_switches(recording):
+    current = recording['current']
+    return current.time[1:][np.abs(np.diff(current.value)) > 0.05 * np.ptp(current.value)]
+
+
+def test_switches_are_moved_to_where_all_channels_see_them(recordings):
+    shown = prepared([logged(recording) for recording in recordings])
+    moved = settled(shown, fitted(shown))
+    assert moved is not None
+    errors = []
+    for recording, before, after in zip(recordings, shown, moved, strict=True):
+        imposed = after.imposed
+        at = imposed.time[1:][np.abs(np.diff(imposed.drive)) > 0.05 * np.ptp(imposed.drive)]
+        inside = [k for k, (low, high) in enumerate(before.imposed.switches) if np.any((at > low) & (at <= high))]
+        assert len(inside) == len(before.imposed.switches)  # none leaves its two samples
+        errors += [np.min(np.abs(at - true)) for true in true_switches(recording)[1:]]
+        assert 'switched between two samples' in after.notes[-1]
+    assert np.median(errors) < 0.15 * PERIOD
+    assert fitted(moved).mean_square['displacement'] < 0.7 * fitted(shown).mean_square['displacement']
+
+
+def test_physics_is_not_made_of_switches_that_were_sampled(recordings):
+    diagnosis = diagnose(prepared([logged(recording) for recording in recordings]), NOMINAL)
+    assert diagnosis.verdict in ('match', 'wrong_parameters')
+    assert not diagnosis.findings
+    assert any('switched between' in note for recording in diagnosis.recordings for note in recording.issues)
+
+
+def test_a_record_that_says_when_is_believed(recordings):
+    experiments = prepared(recordings)
+    assert settled(experiments, fitted(experiments)) is None
+
+
+def test_a_record_that_is_early_is_no_matter_of_samples(recordings):
+    experiments = prepared([logged(recording, late=3.0 * PERIOD) for recording in recordings])
+    assert settled(experiments, fitted(experiments)) is None
+
+
+def test_only_a_record_at_a_rhythm_leaves_open_when():
+    time = np.arange(0.0, 20.0, 0.1)
+    sampled = Channel('current', time, np.where(time % 10.0 < 4.95, 0.3, 0.0), '/current')
+    np.testing.assert_allclose(switches(sampled), [[4.9, 5.0], [9.9, 10.0], [14.9, 15.0]])
+    changes = Channel('current', np.array([0.0, 5.0, 10.0, 15.0]), np.array([0.3, 0.0, 0.3, 0.0]), '/current')
+    assert switches(changes).shape == (0, 2)
+    wave = Channel('current', time, np.where(np.arange(time.size) % 2 == 0, 0.3, 0.0), '/current')
+    assert switches(wave).shape == (0, 2)
