@@ -65,7 +65,9 @@ def test_switches_are_moved_to_where_all_channels_see_them(recordings):
     for recording, before, after in zip(recordings, shown, moved, strict=True):
         imposed = after.imposed
         at = imposed.time[1:][np.abs(np.diff(imposed.drive)) > 0.05 * np.ptp(imposed.drive)]
-        inside = [k for k, (low, high) in enumerate(before.imposed.switches) if np.any((at >= low - 1e-6) & (at <= high))]
+        inside = [
+            k for k, (low, high) in enumerate(before.imposed.switches) if np.any((at >= low - 1e-6) & (at <= high))
+        ]
         assert len(inside) == len(before.imposed.switches)  # none leaves its two samples
         errors += [np.min(np.abs(at - true)) for true in true_switches(recording)[1:]]
         assert 'switched between two samples' in after.notes[-1]
