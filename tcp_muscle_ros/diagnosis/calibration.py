@@ -96,10 +96,11 @@ def calibrate(
 
 
 def in_turn(fitted: Fit) -> Fit:
-    """The same fit of recordings that know how many cycles the muscle went through in those before them."""
-    experiments, cycles = [], 0.0
+    """The same fit of recordings that know how many cycles the muscle went through in those before them, how long."""
+    experiments, cycles, used = [], 0.0, 0.0
     for experiment, outputs in zip(fitted.problem.experiments, fitted.outputs, strict=True):
-        experiments.append(replace(experiment, cycles=cycles))
+        experiments.append(replace(experiment, cycles=cycles, used=used))
+        used += experiment.duration
         cycles += float(np.sum(np.abs(np.diff(outputs.fibre_temperature)))) / (2.0 * SWING)
     return replace(fitted, problem=replace(fitted.problem, experiments=tuple(experiments)))
 

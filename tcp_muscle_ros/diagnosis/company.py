@@ -66,12 +66,15 @@ def least_of_rest(rival: Rival, usually: float) -> float:
     return max(usually, _NEARLY_ALL) if physics and times_usual(rival) < _FAINT_BESIDE else usually
 
 
-def stands_apart(effect: str, accepted: Sequence[str]) -> bool:
+def stands_apart(effect: str, fitted: Fit, accepted: Sequence[str]) -> bool:
     """Whether it is physics of a stage of which nothing was found yet: what a form leaves, effects of its own stage
-    explain best. Circumstances bend to anything, and what is left of a swing to much."""
+    explain best. Circumstances bend to anything, what is left of a swing to much, and any form's rest looks like some
+    physics that is fainter than is known of the fibre."""
     found = {EFFECTS[other].stage for other in accepted if other != effect}
     definition = EFFECTS[effect]
-    return definition.stage not in found | {'sensor'} and not definition.circumstance and SWINGS not in accepted
+    if definition.stage in found | {'sensor'} or definition.circumstance or SWINGS in accepted:
+        return False
+    return times_usual(Rival(effect, fitted, 0.0)) >= _FAINT_BESIDE
 
 
 def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
@@ -148,7 +151,7 @@ def confirm(
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare = shrink(present, effect)
         gain, looked_at = confirmation(bare, present)
-        apart = stands_apart(effect, accepted)
+        apart = stands_apart(effect, present, accepted)
         # What a swing leaves of itself hides what it took.
         fits_in = effect in (strongest, SWINGS) or good_company(calibrated, bare, present, OF_REST, apart=apart)
         if gain.holds and fits_in:

@@ -110,8 +110,8 @@ class Slip:
 class Experiment:
     """One recording as the model sees it.
 
-    ``notes`` say what was assumed, for people to read; ``cycles``: those of the recordings before it; ``draught``: what
-    was inferred of one; ``slips``: those that were.
+    ``notes`` say what was assumed, for people to read; ``cycles`` and ``used`` (s): those of the recordings before it;
+    ``draught``: what was inferred of one; ``slips``: those that were.
     """
 
     name: str
@@ -121,6 +121,7 @@ class Experiment:
     known: Mapping[str, object] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     cycles: float = 0.0
+    used: float = 0.0
     draught: Draught | None = None
     slips: tuple[Slip, ...] = ()
 

@@ -16,7 +16,7 @@ from tcp_muscle_ros.diagnosis.late import Late, taken_out
 from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START, Unknown
 from tcp_muscle_ros.diagnosis.work import Work
-from tcp_muscle_ros.muscle import EFFECTS, Outputs, Parameters
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.stepping import SUBSTEP
 from tcp_muscle_ros.muscle.table import INDEX
@@ -66,7 +66,8 @@ class Problem:
         mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
         if recording is not None:
             ages = [f'{e}.{EFFECTS[e].age}' for e in self.parameters.effects if EFFECTS[e].age]
-            mine |= {name: self.parameters[name] + self.experiments[recording].cycles for name in ages}
+            before = {'1': self.experiments[recording].cycles, 's': self.experiments[recording].used}
+            mine |= {name: self.parameters[name] + before[SPECIFICATIONS[name].unit] for name in ages}
         return self.parameters.replace(mine)
 
     def outputs(self, values: Values, recording: int) -> Outputs:

@@ -55,15 +55,19 @@ def penalised(fitted: Fit) -> float:
     return fitted.objective + PER_PARAMETER * count
 
 
-def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit:
-    """Refit with one more effect, for so many rounds."""
+def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit | None:
+    """Refit with one more effect, for so many rounds; None where the model runs away with it from every start."""
     own = fitted.z.size
     tried = []
     for start in candidate.starts():
         problem = with_effect(fitted.problem, start)
         z = np.concatenate([fitted.z, problem.start()[own:]])
         shown = problem.predictions(z)
-        tried.append((float(sum(part @ part for part in problem.residuals(shown))), problem, z, shown))
+        misfit = float(sum(part @ part for part in problem.residuals(shown)))
+        if np.isfinite(misfit):
+            tried.append((misfit, problem, z, shown))
+    if not tried:
+        return None
     _, problem, z, shown = min(tried, key=lambda t: t[0])
     added = slopes(problem, z, shown, range(own, len(problem.unknowns)))
     known = [
@@ -93,15 +97,17 @@ def rivals_for(
     behind what they and others promise not to the end."""
     promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
     promising += [c for c in ranked if c.effect in also and c not in promising]
-    found = []
+    found, begun_with = [], []
     for candidate in promising:
         if progress:
             progress()
         grown = grow(base, candidate, rounds=_HEAT)
-        found.append(Rival(candidate.effect, grown, penalised(grown)))
+        if grown is not None:
+            found.append(Rival(candidate.effect, grown, penalised(grown)))
+            begun_with.append(candidate)
     bare = penalised(base)
     best = max((bare - r.score for r in found), default=0.0)
-    for k, (rival, candidate) in enumerate(zip(found, promising, strict=True)):
+    for k, (rival, candidate) in enumerate(zip(found, begun_with, strict=True)):
         # One that promises more than any has reached, and is far from it, has met a long valley.
         if bare - rival.score >= _LAGGING * best or candidate.gain > best:
             if progress:

@@ -153,7 +153,7 @@ def _beside(
         pool = [e for e in effects if e not in accepted]
 
         def good(rival: Rival, _rivals: Sequence[Rival], calibrated: Fit = calibrated, without: Fit = present) -> bool:
-            apart = stands_apart(rival.effect, accepted)
+            apart = stands_apart(rival.effect, rival.fit, accepted)
             alone = not accepted and not slipping
             rest = least_of_rest(rival, OF_REST_AT_FIRST)
             return alone or good_company(calibrated, without, rival.fit, rest, apart=apart)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.candidates import screen, variants
+from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, variants
 from tcp_muscle_ros.diagnosis.holdout import confirmation
 from tcp_muscle_ros.diagnosis.rivals import grow, rivals_for
 from tcp_muscle_ros.diagnosis.sandwich import inflation
@@ -32,6 +32,17 @@ def test_an_effect_far_weaker_than_usual_is_seen_by_the_screening():
     assert ranked[0].gain > 0.5 * (fitted.objective - grown.objective)
 
 
+@pytest.mark.filterwarnings('ignore::RuntimeWarning')
+def test_a_start_from_which_the_model_runs_away_is_none():
+    """Less resistance where it is longer: the shorter, the more it heats, and so on."""
+    runaway = Candidate('resistance_strain', {'resistance_strain.GF': -3.0}, 1.0, 1.0)
+    warm, hot = (calibrate([experiment(CHANNELS, current, 0.3)], NOMINAL).fit for current in (0.27, 0.5))
+    grown = grow(warm, runaway, 20)
+    assert abs(grown.muscle['resistance_strain.GF']) < 0.1
+    assert grow(hot, runaway, 20) is None
+    assert rivals_for(hot, [runaway], None) == []
+
+
 @pytest.mark.parametrize('duration', [4.0, 2e5])
 def test_what_is_as_long_as_a_recording_stays_within_its_bounds(duration):
     for effect in ('ambient_drift', 'displacement_drift'):
@@ -52,6 +63,22 @@ def test_a_choice_is_tried_and_never_fitted():
     # A delay and a pace trade: 0.4 s on average over the recordings.
     mean = found.muscle['clock_skew.d'] + found.muscle['clock_skew.r'] * 0.5 * TIME[-1]
     assert mean == pytest.approx(0.4, abs=0.1)
+
+
+def test_a_resistance_that_drifts_on_from_recording_to_recording_is_told_from_one_that_begins_anew():
+    drift = {'resistance_drift.r': 1e-4, 'resistance_drift.course': 1.0}
+    for used, course in ((TIME[-1], 1.0), (0.0, 0.0)):
+        muscles = [TRUE.replace({**drift, 'resistance_drift.w0': k * used}) for k in range(2)]
+        runs = [
+            experiment(CHANNELS, seed=k, muscle=muscle.with_effects('resistance_drift'))
+            for k, muscle in enumerate(muscles)
+        ]
+        fitted = settle_noise(in_turn(calibrate(runs, NOMINAL).fit))[0]
+        ranked, _ = screen(fitted, ['resistance_drift', 'temperature_offset', 'airflow'])
+        found = rivals_for(fitted, ranked, None)[0]
+        assert found.effect == 'resistance_drift'
+        assert found.fit.muscle['resistance_drift.course'] == course
+        assert found.fit.muscle['resistance_drift.r'] == pytest.approx(1e-4, rel=0.1)
 
 
 def test_a_drift_shows_in_stretches_that_are_kept_back():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from muscle.effect_runs import NOMINAL, PULSE, assert_same, baseline, contraction, e0, model, ohms, protocol, solve
 
-from tcp_muscle_ros.muscle import simulate
+from tcp_muscle_ros.muscle import Parameters, simulate
 
 
 def test_lags_solve_their_equations():
@@ -152,3 +152,22 @@ def test_sensor_errors_are_what_they_say():
     assert bent.displacement == pytest.approx(plain.displacement + way, abs=1e-12)
     zero = e0(NOMINAL.with_effects('displacement_offset'), 0.5884, 0.27)
     assert zero.displacement == pytest.approx(plain.displacement + 5e-4, abs=1e-12)
+
+
+def test_resistance_drift_goes_on_or_begins_anew():
+    """A muscle that was in use for so long goes on as one that was given it, or as a new one."""
+    t = np.arange(0.0, 300.0, 0.2)
+    drift = {'resistance_drift.r': 1e-4, 'resistance_drift.n': 0.6}
+    runs = {
+        course: simulate(
+            Parameters({**drift, 'resistance_drift.w0': 150.0, 'resistance_drift.course': course}).with_effects(
+                'resistance_drift'
+            ),
+            t,
+            np.full(t.size, 1e-3),
+        ).resistance
+        for course in (0.0, 1.0)
+    }
+    whole = simulate(Parameters(drift).with_effects('resistance_drift'), t, np.full(t.size, 1e-3)).resistance
+    np.testing.assert_allclose(runs[1.0][: t.size // 2], whole[t.size // 2 :], rtol=1e-4)
+    np.testing.assert_array_equal(runs[0.0], whole)

@@ -55,9 +55,9 @@ class Effect:
     ``heat`` needs ``q[VELOCITY]`` or ``q[FORCE_RATE]``, which depend on the heating they change. ``circumstance``: it
     is no property of the muscle but of the room or the rig at the time, and may differ from recording to recording.
     ``moments``: its parameters that are instants or spans of a recording; ``whole``: one that is a recording's length;
-    ``age``: one that counts the muscle's cycles before it. ``unexpected``: none is known of this fibre in the model's
-    domain, so that of two that explain the same the other is named. ``one_way``: what causes it moves it from ``none``
-    towards the usual value, hardly ever the other way.
+    ``age``: one that counts the muscle's cycles or seconds before it. ``unexpected``: none is known of this fibre in
+    the model's domain, so that of two that explain the same the other is named. ``one_way``: what causes it moves it
+    from ``none`` towards the usual value, hardly ever the other way.
     """
 
     name: str

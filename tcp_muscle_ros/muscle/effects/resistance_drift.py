@@ -4,7 +4,7 @@
 
 Published: 0.1 to 2 % per 100 cycles; up to 2 % within one run of a fresh coating. w is the time in use, hot time
 counting more where a > 0. Cracking goes with cycles, n = 1; an oxide that protects what is below grows as the root of
-time, n = 0.5.
+time, n = 0.5. Of several recordings each begins anew (the coating was mended, or R0 measured again) or goes on.
 """
 
 from math import exp
@@ -31,6 +31,11 @@ def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     ds[0] = exp(c[2] * (within - _REFERENCE))
 
 
+def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """As much in use as before."""
+    s[0] = c[3] if c[4] > 0.5 else 0.0
+
+
 EFFECT = Effect(
     name='resistance_drift',
     row='E-05',
@@ -41,8 +46,14 @@ EFFECT = Effect(
         Parameter('r', 1e-4, '1/s', -1e-3, 1e-3, 'relative drift of R', 'estimated: 2 % in a run of 210 s'),
         Parameter('n', 1.0, '1', 0.3, 1.5, 'power of the time in use', 'cracking 1, a protecting oxide 0.5'),
         Parameter('a', 0.0, '1/K', 0.0, 0.1, 'rise of the ageing rate with temperature', 'oxidation: 0.03 to 0.1 1/K'),
+        Parameter('w0', 0.0, 's', 0.0, 1e9, 'time in use before', 'a new muscle; earlier recordings', fitted=False),
+        Parameter(
+            'course', 0.0, '1', 0.0, 1.0, 'of a recording after others: 0 anew, 1 goes on', 'a free choice',
+            choices=('anew', 'goes on'), fitted=False,
+        ),
     ),
-    hooks={'resistance': resistance, 'rates': rates},
+    hooks={'resistance': resistance, 'rates': rates, 'initial': initial},
     strength='r',
+    age='w0',
     states=('use',),
-)
+)  # fmt: skip
