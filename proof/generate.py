@@ -24,18 +24,25 @@ import numpy as np
 
 from proof.cases import FULL, SUITES, Case, composition, make_case, signals_of
 from proof.protocols import unseen
-from proof.recordings import START_NS, instrument, write
+from proof.recordings import INPUTS, START_NS, instrument, write
 from proof.truth import Experiment, Signals, observe
 from proof.visibility import visibility
 
 
-def write_recording(case: Case, k: int, experiment: Experiment, signal: Signals, directory: Path) -> Path:
-    """Write recording number k of a case as a bag."""
+def write_recording(
+    case: Case, k: int, experiment: Experiment, signal: Signals, directory: Path, every: float = 0.0
+) -> Path:
+    """Write recording number k of a case as a bag; the input as a logger shows it that samples ``every`` so many s."""
     rng = case.rng(k)
     channels = [c for c in case.channels if not (experiment.blocked and c == 'displacement')]
     if experiment.blocked:
         channels.append('force')
     found = instrument(signal, experiment, case.noise, channels, rng)
+    if every:
+        where, values = found[INPUTS[experiment.kind]]
+        first = int(case.rng(800 + k).integers(1, 1 + round(every * case.lab.rate)))
+        sampled = np.concatenate([[0], np.arange(first, where.size, round(every * case.lab.rate))])
+        found[INPUTS[experiment.kind]] = where[sampled], values[sampled]
     variance = round(case.noise['temperature'].sigma ** 2, 3)
     start_ns = START_NS + case.seed[-1] * 86_400_000_000_000 + k * 3_600_000_000_000  # a case a day, one an hour
     path = directory / case.name / f'recording_{k}'
@@ -43,18 +50,18 @@ def write_recording(case: Case, k: int, experiment: Experiment, signal: Signals,
     return path
 
 
-def write_case(case: Case, directory: Path, held_out: Path | None = None) -> dict[str, Any]:
+def write_case(case: Case, directory: Path, held_out: Path | None = None, every: float = 0.0) -> dict[str, Any]:
     """Write the recordings of a case, one more into held_out where that is wanted; its label."""
     signals = signals_of(case)
     folder = directory / case.name
     folder.mkdir(parents=True)
     for k, (done, signal) in enumerate(zip(case.experiments, signals, strict=True)):
-        write_recording(case, k, done, signal, directory)
+        write_recording(case, k, done, signal, directory, every)
     if held_out:
         (held_out / case.name).mkdir(parents=True)
         k = len(case.experiments)
         further = unseen(case.lab, case.experiments, case.rng(900))
-        write_recording(case, k, further, observe(case.bench, further, k, signals[-1].dose), held_out)
+        write_recording(case, k, further, observe(case.bench, further, k, signals[-1].dose), held_out, every)
     if case.nominal:
         lines = ['/**:', '  ros__parameters:', *(f'    {name}: {value!r}' for name, value in case.nominal.items())]
         (folder / 'parameters.yaml').write_text('\n'.join(lines) + '\n', encoding='utf-8')
@@ -92,10 +99,15 @@ def label(case: Case, signals: list[Signals]) -> dict[str, Any]:
 
 
 def _one(
-    numbered: tuple[int, tuple[str, str]], suite: str, seed: int, directory: Path, held_out: Path | None
+    numbered: tuple[int, tuple[str, str]],
+    suite: str,
+    seed: int,
+    directory: Path,
+    held_out: Path | None,
+    every: float,
 ) -> dict[str, Any]:
     number, (kind, what) = numbered
-    return write_case(make_case(suite, seed, number, kind, what), directory, held_out)
+    return write_case(make_case(suite, seed, number, kind, what), directory, held_out, every)
 
 
 def generate(
@@ -107,6 +119,7 @@ def generate(
     jobs: int = 2,
     held_out: Path | None = None,
     kinds: Sequence[str] = tuple(FULL),
+    every: float = 0.0,
 ) -> str:
     """Write a suite; the SHA-256 of its labels."""
     for folder in (directory, held_out):
@@ -116,7 +129,7 @@ def generate(
             shutil.rmtree(folder)
     directory.mkdir(parents=True)
     wanted = list(enumerate(composition(suite, cases, seed, kinds)))
-    work = partial(_one, suite=suite, seed=seed, directory=directory, held_out=held_out)
+    work = partial(_one, suite=suite, seed=seed, directory=directory, held_out=held_out, every=every)
     if jobs == 1:
         found = [work(item) for item in wanted]
     else:
@@ -152,6 +165,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--suite', choices=list(SUITES), default='development')
     parser.add_argument('--cases', type=int, default=0, help='how many; 0 = the full suite')
     parser.add_argument('--kinds', type=_kinds, default=tuple(FULL), help=f'some of {",".join(FULL)}')
+    parser.add_argument('--input-every', type=float, default=0.0, help='s; as a logger shows it. 0 = every switch')
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--output', type=Path, required=True)
     parser.add_argument('--labels', type=Path, help='default: OUTPUT.labels.json')
@@ -169,6 +183,7 @@ def main(arguments: list[str] | None = None) -> int:
         chosen.jobs,
         chosen.held_out,
         chosen.kinds,
+        chosen.input_every,
     )
     print(f'SHA-256 of the labels: {seal}')
     print(f'cases in {chosen.output}, labels in {labels}, {time.perf_counter() - start:.1f} s')

@@ -24,6 +24,18 @@ def test_lags_solve_their_equations():
     assert_same(run, kelvin, contraction(kelvin))
     assert run.current[0] == 0.27 and run.power[0] == 0.0  # the display shows the setting, the muscle gets nothing yet
 
+    for loop, inertia in ((1.0, 0.25), (2.0, 0.6)):
+
+        def second(t, y, i, load, inertia=inertia):
+            return [
+                (y[1] ** 2 * ohms(y[0]) - 0.01933 * (y[0] - 296.15)) / 0.17,
+                y[2],
+                (i - y[1] - 0.5 * y[2]) / (inertia * 0.25),
+            ]
+
+        kelvin, *_ = solve(second, [296.15, 0.0, 0.0], PULSE)
+        assert_same(model('supply_lag', PULSE, {'loop': loop}), kelvin, contraction(kelvin))
+
 
 def test_effects_of_the_resistance_solve_their_equations():
     rest = 0.15 + 0.5884 / 23.0

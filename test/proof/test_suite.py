@@ -10,11 +10,12 @@ from rosbags.highlevel import AnyReader
 
 from proof.cases import FULL, PHYSICS, SUITES, composition, make_case, signals_of
 from proof.extend import extend
-from proof.generate import generate
-from proof.recordings import Noise
+from proof.generate import generate, write_case
+from proof.recordings import INPUTS, Noise
 from proof.score import read
 from proof.truth import EFFECTS
 from proof.visibility import Refit, stack, visibility
+from tcp_muscle_ros.recording.bag import read_bag
 
 CASES = 6
 OUTPUTS = ('temperature', 'resistance', 'displacement', 'force')
@@ -46,6 +47,17 @@ def test_a_suite_can_be_of_some_kinds_alone():
     wanted = composition('varied', 30, 1, ('triple', 'double'))
     kinds = [kind for kind, _ in wanted]
     assert (kinds.count('double'), kinds.count('triple'), len(kinds)) == (23, 7, 30)  # as 60 and 20 in the full suite
+
+
+def test_a_logger_shows_an_input_at_its_own_samples_alone(tmp_path):
+    case = make_case('development', 5, 0, 'null', '')
+    write_case(case, tmp_path / 'whole')
+    write_case(case, tmp_path / 'logged', every=0.3)
+    drive = INPUTS[case.experiments[0].kind]
+    whole, logged = (read_bag(tmp_path / name / case.name / 'recording_0')[drive] for name in ('whole', 'logged'))
+    np.testing.assert_allclose(np.diff(logged.time[1:]), 0.3, atol=0.01)  # stamps jitter
+    at = np.searchsorted(whole.time, logged.time + 1e-6, side='right') - 1
+    np.testing.assert_array_equal(logged.value, whole.value[at])
 
 
 def test_the_suites_differ_in_seeds_and_in_forms():
