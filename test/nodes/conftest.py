@@ -144,9 +144,16 @@ class Bench:
         return heard
 
     def forget(self, *topics):
-        """Stop listening: every subscription costs at every message."""
-        for heard in topics:
-            self.node.destroy_subscription(heard.subscription)
+        """Stop listening: every subscription costs at every message.
+
+        In the executor's own thread, from under which what it is about to wait on would be pulled else.
+        """
+
+        def forget():
+            for heard in topics:
+                self.node.destroy_subscription(heard.subscription)
+
+        self.until(self.executor.create_task(forget).done, 'the bench itself hangs')
 
     def speaker(self, topic, kind=Float64):
         """A publisher that is heard by somebody."""
