@@ -1,7 +1,7 @@
 """Write a suite of cases as bags, and its labels, sealed, beside them.
 
 python -m proof.generate --suite development --cases 40 --seed 1 --output DIR
-python -m proof.generate --suite varied --kinds double,triple --seed 2 --output DIR    (cases of these kinds alone)
+python -m proof.generate --suite varied --kinds double triple --seed 2 --output DIR    (cases of these kinds alone)
 
 DIR/<case>/recording_<k>/ are rosbag2 bags, DIR/<case>/parameters.yaml the nominal parameters where a case has any.
 Labels are not in DIR: they go to DIR.labels.json (or --labels), whose SHA-256 is printed and stored in DIR/SEAL.
@@ -151,20 +151,12 @@ def _plain(value: Any) -> Any:
     raise TypeError(f'no JSON for {type(value).__name__}')
 
 
-def _kinds(text: str) -> tuple[str, ...]:
-    kinds = tuple(text.split(','))
-    for kind in kinds:
-        if kind not in FULL:
-            raise argparse.ArgumentTypeError(f'{kind!r} is no kind of case: choose of {", ".join(FULL)}')
-    return kinds
-
-
 def main(arguments: list[str] | None = None) -> int:
     """The command."""
     parser = argparse.ArgumentParser(prog='python -m proof.generate', description=__doc__.splitlines()[0])
     parser.add_argument('--suite', choices=list(SUITES), default='development')
     parser.add_argument('--cases', type=int, default=0, help='how many; 0 = the full suite')
-    parser.add_argument('--kinds', type=_kinds, default=tuple(FULL), help=f'some of {",".join(FULL)}')
+    parser.add_argument('--kinds', nargs='+', choices=list(FULL), default=list(FULL), help='of these kinds alone')
     parser.add_argument('--input-every', type=float, default=0.0, help='s; as a logger shows it. 0 = every switch')
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--output', type=Path, required=True)

@@ -56,12 +56,17 @@ def instants_of(stamps: list[Array], drive: Channel, load: Channel | float, star
     return np.ascontiguousarray(instants[keep])
 
 
+def _jumps(channel: Channel) -> Mask:
+    """Where an input steps from one sample to the next, shape (n - 1,)."""
+    return np.asarray(np.abs(np.diff(channel.value)) > _JUMP * float(np.ptp(channel.value)))
+
+
 def switches(drive: Channel) -> Array:
     """When a record that samples the drive at a rhythm last showed a level, and first the next one (s), shape (k, 2).
 
     None in a record of the changes alone, which says when they were, nor where the drive changes all the time.
     """
-    steps = np.flatnonzero(np.abs(np.diff(drive.value)) > _JUMP * float(np.ptp(drive.value)))
+    steps = np.flatnonzero(_jumps(drive))
     found = np.column_stack([drive.time[steps], drive.time[steps + 1]])
     if not steps.size or steps.size > _FEW * drive.time.size:
         return np.empty((0, 2))
@@ -83,7 +88,7 @@ def coarsened(channel: Channel | float, most: int | None, power: float) -> Chann
     """
     if most is None or not isinstance(channel, Channel) or changes(channel).size <= 2 * most:
         return channel
-    jumps = np.abs(np.diff(channel.value)) > _JUMP * float(np.ptp(channel.value))
+    jumps = _jumps(channel)
     segment = np.concatenate([[0], np.cumsum(jumps)])
     first = np.concatenate([[0], np.flatnonzero(jumps) + 1])
     position = np.arange(segment.size) - first[segment]

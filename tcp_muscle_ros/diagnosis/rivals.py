@@ -97,24 +97,25 @@ def rivals_for(
     behind what they and others promise not to the end."""
     promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
     promising += [c for c in ranked if c.effect in also and c not in promising]
-    found, begun_with = [], []
+    begun = []
     for candidate in promising:
         if progress:
             progress()
         grown = grow(base, candidate, rounds=_HEAT)
         if grown is not None:
-            found.append(Rival(candidate.effect, grown, penalised(grown)))
-            begun_with.append(candidate)
+            begun.append((candidate, Rival(candidate.effect, grown, penalised(grown))))
     bare = penalised(base)
-    best = max((bare - r.score for r in found), default=0.0)
-    for k, (rival, candidate) in enumerate(zip(found, begun_with, strict=True)):
+    best = max((bare - rival.score for _, rival in begun), default=0.0)
+    found = []
+    for candidate, rival in begun:
         # One that promises more than any has reached, and is far from it, has met a long valley.
         if bare - rival.score >= _LAGGING * best or candidate.gain > best:
             if progress:
                 progress()
-            begun = rival.fit
-            fitted = fit(begun.problem, begun.z, rounds=40, tolerance=1e-5, known=begun.rough_slopes)
-            found[k] = Rival(rival.effect, fitted, penalised(fitted))
+            head = rival.fit
+            whole = fit(head.problem, head.z, rounds=40, tolerance=1e-5, known=head.rough_slopes)
+            rival = Rival(rival.effect, whole, penalised(whole))
+        found.append(rival)
     return sorted(found, key=lambda r: r.score)
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from tcp_muscle_ros.diagnosis.candidates import Screen
 from tcp_muscle_ros.diagnosis.experiment import Experiment, Imposed
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.problem import Shown
@@ -44,41 +45,33 @@ def settled(experiments: Sequence[Experiment], fitted: Fit) -> tuple[Experiment,
 def _shares(fitted: Fit, counts: list[int]) -> Array | None:
     """By what share of its period each switch came before it was shown, shape (switches,); None where they are not
     what is left."""
-    left = np.concatenate(fitted.residuals)
-    beyond = float(left @ left) - left.size
+    beyond = fitted.misfit - sum(part.size for part in fitted.residuals)
     if beyond <= 0.0:
         return None
-    earlier = np.zeros((left.size, sum(counts)))
+    screen = Screen.of(fitted)  # what the unknowns could take up is theirs
+    columns = np.zeros((screen.left.size, sum(counts)))
     row = column = 0
     for k, (count, residual) in enumerate(zip(counts, fitted.residuals, strict=True)):
-        earlier[row : row + residual.size, column : column + count] = _columns(fitted, k)
+        columns[row : row + residual.size, column : column + count] = _columns(fitted, k)
         row, column = row + residual.size, column + count
-    # What the unknowns could take up is theirs.
-    spreads = fitted.problem.spreads()
-    known = np.vstack([fitted.jacobian, np.diag(1.0 / spreads)])
-    basis, _ = np.linalg.qr(known)
-    columns = np.vstack([earlier, np.zeros((spreads.size, earlier.shape[1]))])
-    target = -np.concatenate([left, np.zeros(spreads.size)])
-    columns -= basis @ (basis.T @ columns)
-    target -= basis @ (basis.T @ target)
-    information = columns.T @ columns
-    seen = np.diag(information) > 0.0
-    if seen.sum() < _FEWEST:
+    columns -= screen.orthonormal @ (screen.orthonormal.T @ columns)
+    seen = np.any(columns, axis=0)
+    count = int(seen.sum())
+    if count < _FEWEST:
         return None
-    spread = np.full(seen.size, np.inf)
-    spread[seen] = np.sqrt(np.diag(np.linalg.pinv(information[np.ix_(seen, seen)], hermitian=True)))
-    free = np.zeros(seen.size)
-    free[seen] = np.linalg.lstsq(columns[:, seen], target, rcond=None)[0]
-    within = np.abs(free - 0.5) < 0.5 + _BESIDE + 2.0 * spread
-    bound = np.zeros(seen.size)
-    bound[seen] = lsq_linear(columns[:, seen], target, (0.0, 1.0)).x
+    columns, target = columns[:, seen], -screen.left
+    spread = np.sqrt(np.diag(np.linalg.pinv(columns.T @ columns, hermitian=True)))
+    free = np.linalg.lstsq(columns, target, rcond=None)[0]
+    within = float(np.mean(np.abs(free - 0.5) < 0.5 + _BESIDE + 2.0 * spread))
+    bound = lsq_linear(columns, target, (0.0, 1.0)).x
     rest = target - columns @ bound
-    gain = float(target @ target - rest @ rest)
-    weight = spread[seen] ** -2.0
-    late = float(np.average(bound[seen], weights=weight))
-    chance = seen.sum() + _SURE * np.sqrt(2.0 * seen.sum())
-    mostly = gain > max(chance, _MOSTLY * beyond)
-    return bound if mostly and float(np.mean(within[seen])) >= _NEARLY_ALL and late >= _LATE else None
+    mostly = float(target @ target - rest @ rest) > max(count + _SURE * np.sqrt(2.0 * count), _MOSTLY * beyond)
+    late = float(np.average(bound, weights=spread**-2.0))
+    if not (mostly and within >= _NEARLY_ALL and late >= _LATE):
+        return None
+    shares = np.zeros(seen.size)
+    shares[seen] = bound
+    return shares
 
 
 def _columns(fitted: Fit, recording: int) -> Array:
