@@ -1,9 +1,7 @@
 """The whole diagnosis on bags of the independent truth generator: nothing concealed, physics, a sensor."""
 
-import sys
-from pathlib import Path
-
 import pytest
+from diagnosis.truth import recordings
 
 from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.candidates import screen
@@ -14,12 +12,6 @@ from tcp_muscle_ros.diagnosis.rivals import rivals_for
 from tcp_muscle_ros.diagnosis.slips import slipped
 from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.recording.bag import read_bag
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
-from proof.cases import make_case
-from proof.generate import write_case
 
 NOMINAL = Parameters.named('karami_tadesse_2017')
 # Seeds of their own: the development suite is tuned on others.
@@ -27,11 +19,8 @@ SEED = 4711
 
 
 def recorded(folder, number, kind, what, seed=SEED, suite='development', change=None, most=800):
-    case = make_case(suite, seed, number, kind, what)
-    if change:
-        change(case)
-    write_case(case, folder)
-    return [prepare(read_bag(bag), NOMINAL, most=most) for bag in sorted((folder / case.name).glob('recording_*'))]
+    found = recordings(folder, suite, seed, number, kind, what, change)
+    return [prepare(recording, NOMINAL, most=most) for recording in found]
 
 
 @pytest.fixture

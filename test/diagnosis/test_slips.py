@@ -1,11 +1,10 @@
 """Sudden slips, put into recordings of the independent truth generator in which nothing else is concealed."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnosis.truth import recordings
 
 from tcp_muscle_ros.diagnosis.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting import fit
@@ -13,12 +12,6 @@ from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.diagnosis.slips import leapt, mean_leakage, slipped
 from tcp_muscle_ros.diagnosis.weighing import refitted, settle_noise
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.recording.bag import read_bag
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
-from proof.cases import make_case
-from proof.generate import write_case
 
 NOMINAL = Parameters.named('karami_tadesse_2017')
 SEED = 4712  # of its own: the development suite is tuned on others
@@ -26,11 +19,8 @@ SEED = 4712  # of its own: the development suite is tuned on others
 
 @pytest.fixture(scope='module')
 def calibrated(tmp_path_factory):
-    folder = tmp_path_factory.mktemp('truth')
-    case = make_case('development', SEED, 0, 'null', '')
-    write_case(case, folder)
-    bags = sorted((folder / case.name).glob('recording_*'))[:2]
-    return settle_noise(calibrate([prepare(read_bag(bag), NOMINAL, most=800) for bag in bags], NOMINAL).fit)[0]
+    found = recordings(tmp_path_factory.mktemp('truth'), 'development', SEED, 0, 'null', '')[:2]
+    return settle_noise(calibrate([prepare(recording, NOMINAL, most=800) for recording in found], NOMINAL).fit)[0]
 
 
 def calm(fitted):

@@ -1,12 +1,11 @@
 """Switches between two samples of their record, in recordings of the independent truth generator: nothing is concealed,
 but the current is shown as a logger samples it."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnosis import truth
 
 from tcp_muscle_ros.diagnosis.blocks import switches
 from tcp_muscle_ros.diagnosis.calibration import calibrate
@@ -14,13 +13,7 @@ from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.diagnosis.switching import settled
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.recording import Channel
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
-from proof.cases import make_case
-from proof.generate import write_case
 
 NOMINAL = Parameters.named('karami_tadesse_2017')
 PERIOD = 0.15  # s
@@ -29,10 +22,7 @@ SEED = 4715  # of its own: the development suite is tuned on others
 
 @pytest.fixture(scope='module')
 def recordings(tmp_path_factory):
-    folder = tmp_path_factory.mktemp('truth')
-    case = make_case('development', SEED, 0, 'null', '')
-    write_case(case, folder)
-    return [read_bag(bag) for bag in sorted((folder / case.name).glob('recording_*'))]
+    return truth.recordings(tmp_path_factory.mktemp('truth'), 'development', SEED, 0, 'null', '')
 
 
 def logged(recording, late=0.0):
