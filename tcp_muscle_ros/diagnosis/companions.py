@@ -72,16 +72,16 @@ def companions(
     return Companions(_beside(present, ()), contests, standing, other_conditions)
 
 
-def stand_ins(present: Fit, accepted: Sequence[str]) -> list[str]:
+def stand_ins(present: Fit, accepted: Sequence[str]) -> tuple[list[str], Fit]:
     """Those of the accepted effects that a companion leaves nothing to explain, though what their forms may miss was
-    allowed for: they stood in its place."""
+    allowed for: they stood in its place. And the fit without them."""
     found: list[str] = []
     for effect in accepted:
         bare = shrink(present, effect)
         if penalised(bare) - penalised(present) < THRESHOLD:
             found.append(effect)
             present = bare
-    return found
+    return found, present
 
 
 def _beside(present: Fit, others: tuple[str, ...]) -> Fit:

@@ -26,7 +26,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import Structure
 from tcp_muscle_ros.diagnosis.holdout import Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.picking import NOTHING, Picked, pick
-from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised, shrink
+from tcp_muscle_ros.diagnosis.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.diagnosis.weighing import SWINGS, calmed, settle_noise, structures, with_noise
 from tcp_muscle_ros.muscle import EFFECTS
 
@@ -195,9 +195,9 @@ def _beside(
         found_structure = structures(present)
         if not found.other_conditions:
             kept_back = stretches(present.problem)
-        refuted = stand_ins(present, accepted) if found.contests else []
+        refuted, without = stand_ins(present, accepted) if found.contests else ([], present)
         if refuted:
-            present, accepted, contests = _without(refuted, present, accepted, contests, progress)
+            present, accepted, contests = _without(refuted, without, accepted, contests, progress)
             present = settle_noise(present, 1)[0]
             present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated, not slipping)
             found_structure = structures(present)
@@ -222,19 +222,17 @@ def _beside(
 
 def _without(
     refuted: Sequence[str],
-    present: Fit,
+    without: Fit,
     accepted: Sequence[str],
     contests: dict[str, Contest],
     progress: Callable[[], None] | None,
 ) -> tuple[Fit, list[str], dict[str, Contest]]:
     """The fit without those that are refuted, and what the others are worth then: against whatever came close to them,
     or to those."""
-    for effect in refuted:
-        present = shrink(present, effect)
     left = [e for e in accepted if e not in refuted]
     near = [r for e in refuted for r in contests[e][1]]
     close = {e: (contests[e][0], [r for r in (*contests[e][1], *near) if r.effect not in refuted]) for e in left}
-    return revise(present, left, left, close, progress)
+    return revise(without, left, left, close, progress)
 
 
 def _slipping(bare: Fit, slipped: Fit) -> Chosen:
