@@ -196,9 +196,9 @@ def _proposal(selection: Selection) -> Proposal | None:
     for c in selection.chosen:
         if not c.indistinguishable:
             continue
-        fits = {r.effect: r.fit for r in c.rivals}
-        alike = {name: fits[name] for name in (c.effect, *c.indistinguishable)}
-        return propose(alike, shrink(fits[c.effect], c.effect), c.drop)
+        rivals = {r.effect: r for r in c.rivals}
+        alike = [rivals[name] for name in (c.effect, *c.indistinguishable)]
+        return propose(alike, shrink(alike[0].fit, c.effect), c.drop)
     return None
 
 

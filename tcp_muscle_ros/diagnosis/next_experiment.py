@@ -1,13 +1,13 @@
-"""The experiment that would decide: of feasible protocols the one under which two fitted models differ most.
+"""The experiment that would decide: of feasible protocols the one under which fitted models differ most.
 
-Both models were fitted to the recordings at hand and agree there. Under each protocol their difference is whitened, and
-what the unknowns could still take up, given how far the recordings have fixed them, is taken out. What remains says how
-probable it is that the new recording tells them apart.
+The models were fitted to the recordings at hand and agree there. Under each protocol the difference of two is whitened,
+and what the unknowns of either could still take up, given how far the recordings have fixed them, is taken out. What
+remains says how probable it is that the new recording tells them apart.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, islice
+from itertools import combinations
 
 import numpy as np
 from scipy.stats import norm
@@ -17,15 +17,15 @@ from tcp_muscle_ros.diagnosis.findings import Proposal, Step
 from tcp_muscle_ros.diagnosis.fitting import Fit, slopes
 from tcp_muscle_ros.diagnosis.noise import Noise
 from tcp_muscle_ros.diagnosis.problem import Problem, Shown
-from tcp_muscle_ros.diagnosis.rivals import margin
+from tcp_muscle_ros.diagnosis.rivals import Rival, margin
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, START
 from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters, steady_current
 from tcp_muscle_ros.muscle.arrays import Array
 
 _RATE = 20.0  # Hz
 _SAMPLES = 1000  # by which a difference is judged, a channel: as many as a diagnosis takes
-_PLENTY = 4.0  # times the difference that is needed: more is no better
-_SPARE = 0.1  # what room to spare is worth beside a pair that is told apart
+_KEPT = np.log(2.0)  # a promise is made with the listed forms: the muscle's own keeps it within a factor of about two
+_ODDS = 3.0  # of a rival that is all but beaten: e^-3, as of one that is
 _SETTLED = 0.02  # of the distance: less is no progress
 _SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step
 _CLOSER, _ROUNDS = 4, 4  # plans that are looked at more closely, and how often models adapt there
@@ -126,16 +126,16 @@ def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
     return Experiment(plan.name, imposed, Holding('load', float(load[0])), observed)
 
 
-def propose(alike: Mapping[str, Fit], bare: Fit, drop: float) -> Proposal | None:
-    """The protocol that best tells models apart that explain the recordings alike, the named one first; None where none
+def propose(alike: Sequence[Rival], bare: Fit, drop: float) -> Proposal | None:
+    """The protocol that best tells rivals apart that explain the recordings alike, the named one first; None where none
     promises anything.
 
     ``bare`` is the first without its effect, ``drop`` what that explains of the recordings at hand. No listed form is
     quite the muscle's own: two must differ by more than the share of what the effect does, in old recordings and new,
-    within which they pass for alike.
+    within which they pass for alike. Best is what tells most pairs apart, each as probable as its two rivals are.
     """
-    members = dict(islice(alike.items(), _MEMBERS))
-    first = next(iter(members.values()))
+    members = alike[:_MEMBERS]
+    first = members[0].fit
     like = next((e for e in first.problem.experiments if 'displacement' in e.observed), first.problem.experiments[0])
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
     planned = [
@@ -143,30 +143,35 @@ def propose(alike: Mapping[str, Fit], bare: Fit, drop: float) -> Proposal | None
         for plan in plans(first.muscle, like.holding.starting_load, ambient)
         if (experiment := experiment_of(plan, like, ambient)).observed
     ]
+    best = min(rival.score for rival in members)
+    odds = {rival.effect: float(np.exp(-_ODDS * (rival.score - best) / margin(drop))) for rival in members}
 
-    def look(experiment: Experiment, rounds: int) -> tuple[float, dict[tuple[str, str], float], float]:
-        """What a plan is worth, how far it sets each pair apart, and how far is needed."""
+    def look(experiment: Experiment, rounds: int) -> dict[tuple[str, str], float]:
+        """How probable it is that each pair is told apart, whichever of the two is the muscle's."""
         needed = margin(drop + separation(first, bare, experiment, rounds))
-        apart = {
-            (one, two): separation(members[one], members[two], experiment, rounds)
-            for one, two in combinations(members, 2)
-        }
-        enough = np.array(list(apart.values())) / needed
-        # First as many pairs as may be, then with room to spare.
-        return float(np.minimum(enough, 1.0).sum() + _SPARE * np.minimum(enough, _PLENTY).sum()), apart, needed
+        told = {}
+        for one, two in combinations(members, 2):
+            each = [kept(separation(a.fit, b.fit, experiment, rounds), needed) for a, b in ((one, two), (two, one))]
+            told[one.effect, two.effect] = float(np.average(each, weights=[odds[one.effect], odds[two.effect]]))
+        return told
 
-    promising = sorted(planned, key=lambda one: -look(one[1], 1)[0])[:_CLOSER]
-    found = [(plan, *look(experiment, _ROUNDS)) for plan, experiment in promising]
+    def worth(told: Mapping[tuple[str, str], float]) -> float:
+        return sum(odds[one] * odds[two] * probable for (one, two), probable in told.items())
+
+    promising = sorted(planned, key=lambda one: -worth(look(one[1], 1)))[:_CLOSER]
+    found = [(plan, look(experiment, _ROUNDS)) for plan, experiment in promising]
     if not found:
         return None
-    plan, _, apart, needed = max(found, key=lambda one: one[1])
+    plan, told = max(found, key=lambda one: worth(one[1]))
     # Rather the one that is named from another than two others from each other.
-    named = next(iter(members))
-    pair, distance = max(apart.items(), key=lambda one: (one[1] >= needed, named in one[0], one[1]))
-    # The likelihood ratio of the right model is about normal with mean d^2 and standard deviation 2 d.
-    spread = 2.0 * float(np.sqrt(max(distance, 1e-12)))
-    power = float(norm.sf((needed - distance) / spread))
+    named = members[0].effect
+    pair, power = max(told.items(), key=lambda one: (one[1] >= 0.5, named in one[0], one[1]))
     return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
+
+
+def kept(distance: float, needed: float) -> float:
+    """How probable it is that two models of which this distance is promised come to differ by what is needed."""
+    return float(norm.cdf(np.log(max(distance, 1e-12) / needed) / _KEPT))
 
 
 def separation(a: Fit, b: Fit, experiment: Experiment, rounds: int = _ROUNDS) -> float:
