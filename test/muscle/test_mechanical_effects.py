@@ -12,6 +12,7 @@ from muscle.effect_runs import (
     STEP,
     assert_same,
     baseline,
+    contraction,
     e0,
     expand,
     model,
@@ -42,6 +43,18 @@ def test_creep_and_viscous_flow_solve_their_equations():
     kelvin, flown = solve(flow, [296.15, 0.0], PULSE_AND_LOAD)
     run = model('viscous_flow', PULSE_AND_LOAD)
     assert_same(run, kelvin, 0.5884 / 23.0 - expand(kelvin) - load / stiffness(kelvin) - flown)
+
+
+@pytest.mark.parametrize('tau', [2.0, 40.0])
+def test_a_first_stroke_solves_its_equation_and_what_it_gave_it_gives_once(tau):
+    def train(t, y, i, load):
+        T, given = y
+        sets_free = 1.0 - exp(min((296.15 - T) / 15.0, 0.0))
+        return [(i**2 * ohms(T) - 0.01933 * (T - 296.15)) / 0.17, max(0.0, sets_free - given) / tau]
+
+    kelvin, given = solve(train, [296.15, 0.0], PULSE)
+    assert_same(model('first_cycle', PULSE, {'tau': tau}), kelvin, contraction(kelvin) + 0.005 * given)
+    assert np.all(np.diff(given) >= -1e-12)
 
 
 def test_inertia_solves_its_equations():
