@@ -112,6 +112,7 @@ def test_two_node_solves_its_equations():
 
     sheath, core = solve(rates, [296.15, 296.15], PULSE)
     assert_same(model('two_node', PULSE), sheath, contraction(core))
+    assert_same(model('two_node', PULSE, {'pull': 1.0}), sheath, contraction(0.5 * (sheath + core)))
 
 
 def test_end_conduction_solves_its_equations():
