@@ -38,8 +38,11 @@ class Ticks:
         arrive at once: the nearest in log time is then sometimes a neighbour's. But a topic keeps its rhythm: it has
         one message every tick, or every tenth. Where two messages are nearest to one tick, each message goes to the
         tick that its neighbours' rhythm says, unless that is further than half a period. A tick takes one message, and
-        the order of the log stays.
+        the order of the log stays. Where all was logged at its very stamp, as in what was imported, nothing was on the
+        way, and each log time is the message's own: an input may switch between two samples.
         """
+        if np.array_equal(self.log, self.stamp):
+            return log
         order = np.argsort(log, kind='stable') if np.any(log[1:] < log[:-1]) else None
         log = log if order is None else log[order]
         half_period = float(np.median(np.diff(self.stamp))) / 2

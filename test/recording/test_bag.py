@@ -215,7 +215,8 @@ def test_values_that_are_not_finite_are_left_out_with_a_note(tmp_path):
 
 
 def test_joint_states_stand_in_for_missing_plain_topics_only(tmp_path):
-    rows = [('/joint_states', START + k * 10 * MS, joint_states(START + k * 10 * MS, [k], [9.0])) for k in range(9)]
+    stamps = [START + k * 10 * MS for k in range(9)]
+    rows = [('/joint_states', t + MS // 5, joint_states(t, [k], [9.0])) for k, t in enumerate(stamps)]
     recording = read_bag(write_foreign(tmp_path / 'a', rows))
     assert recording['displacement'].value.tolist() == list(range(9))
     assert recording['force'].value.tolist() == [9.0] * 9

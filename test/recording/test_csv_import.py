@@ -78,6 +78,24 @@ def test_a_schedule_switches_at_its_own_times_between_the_rows(imported):
     assert {2.5, 4.5} <= set(power.time)
 
 
+def test_an_input_that_switches_between_two_rows_does_so_in_the_bag_too(imported, tmp_path):
+    """5 ms before a row as well as 45 ms, of rows that are 100 ms apart."""
+    rows = [(k / 10, 20 + k, k > 4) for k in range(10)] + [(0.395, '', 1), (0.755, '', 0)]
+    recording = imported(
+        't,T,i\n' + ''.join(f'{t},{T},{int(i)}\n' for t, T, i in sorted(rows, key=lambda row: row[0])),
+        """
+        time: {column: t, unit: s}
+        columns: {temperature: {column: T, unit: degC}}
+        input: {current: {column: i, unit: A}}
+        runs: [{file: run_1.csv}]
+        """,
+    )['run_1']
+    write_recording(tmp_path / 'bag', recording)
+    current = read_bag(tmp_path / 'bag')['current']
+    np.testing.assert_array_equal(current.time, recording['current'].time)
+    assert {0.395, 0.755} <= set(current.time)
+
+
 def test_a_channel_may_be_called_as_its_topic(imported):
     csv_map = 'dt_s: 1\ncolumns: {ambient_temperature: {column: t}}\nruns: [{file: run_1.csv}]'
     recording = imported('t\n20\n21\n', csv_map)['run_1']
