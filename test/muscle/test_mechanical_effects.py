@@ -133,6 +133,15 @@ def test_static_mechanics_are_what_they_say():
         assert run.displacement == pytest.approx(start - length, abs=1e-9), name
 
 
+def test_what_the_shear_modulus_lacks_of_the_softening_may_change_with_the_temperature():
+    load = LOADS[0]
+    T = baseline(load, 0.27).fibre_temperature
+    power = 1.0 - 0.41 * (1.0 - 0.8 * (T - 296.15) / 50.0)
+    length = 0.15 + expand(T) + load / (23.0 * (stiffness(T) / 23.0) ** power)
+    run = e0(NOMINAL.replace({'shear_softening.m': -0.8}).with_effects('shear_softening'), load, 0.27)
+    assert run.displacement == pytest.approx(0.15 + load / 23.0 - length, abs=1e-9)
+
+
 def test_load_stroke_may_grow_with_the_square_of_the_load():
     load = LOADS[0]
     T = baseline(load, 0.27).fibre_temperature
