@@ -147,7 +147,7 @@ def test_load_stroke_may_grow_with_the_square_of_the_load():
     T = baseline(load, 0.27).fibre_temperature
     opened = load / (23.0 * 0.15)
     length = 0.15 + expand(T) / (1.0 + opened**2 / 0.2) + load / stiffness(T)
-    run = e0(NOMINAL.replace({'load_stroke.law': 1.0}).with_effects('load_stroke'), load, 0.27)
+    run = e0(NOMINAL.replace({'load_stroke.n': 2.0}).with_effects('load_stroke'), load, 0.27)
     assert run.displacement == pytest.approx(0.15 + load / 23.0 - length, abs=1e-9)
 
 
