@@ -151,9 +151,9 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
     A sensor that is off as none in use is none of them where physics as it is known explains the same. The simplest is
     one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any ever is, and
-    physics as it is known would do), then what is expected of the fibre, then the fewest parameters. In one stage,
-    where form decides, a form with more parameters follows another's by what it may bend: it must be more than alike to
-    win. ``bare`` is the score without any of them.
+    physics as it is known would do), then what acts as it is known to and not the other way round, then what is
+    expected of the fibre, then the fewest parameters. In one stage, where form decides, a form with more parameters
+    follows another's by what it may bend: it must be more than alike to win. ``bare`` is the score without any of them.
     """
     best = min(r.score for r in rivals)
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
@@ -168,11 +168,12 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     close = [r for r in rivals if not beaten(r)]
     known = any(_known(r) for r in close)
 
-    def order(rival: Rival) -> tuple[bool, int, bool, int, float]:
+    def order(rival: Rival) -> tuple[bool, int, bool, bool, int, float]:
         effect = EFFECTS[rival.effect]
         far = known and abs(times_usual(rival)) > _FAR
         rank = 1 if effect.stage != 'sensor' else 2 if far else 0
-        return own(rival), rank, effect.unexpected, len(effect.fitted), rival.score
+        turned = effect.stage != 'sensor' and times_usual(rival) < 0.0
+        return own(rival), rank, turned, effect.unexpected, len(effect.fitted), rival.score
 
     first = min(close, key=order)
     stage = EFFECTS[first.effect].stage

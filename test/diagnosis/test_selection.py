@@ -140,6 +140,14 @@ def test_a_sensor_goes_before_physics_unless_it_is_off_as_none_is(softened):
         assert prefer([as_rival(softened, 'shear_softening', 1000.0, b=b), far], 100_000.0).effect == far.effect
 
 
+def test_physics_that_acts_as_it_is_known_to_goes_before_one_that_acts_the_other_way_round(softened):
+    known = as_rival(softened, 'shear_softening', 2000.0, b=0.4)
+    turned = as_rival(softened, 'load_stroke', 1000.0, b=-0.3)
+    assert prefer([known, turned], 100_000.0).effect == 'shear_softening'
+    assert prefer([known, as_rival(softened, 'load_stroke', 1000.0, b=0.3)], 100_000.0).effect == 'load_stroke'
+    assert prefer([known, turned], 8_000.0).effect == 'load_stroke'  # not the same: a seventh less
+
+
 def test_a_sensor_that_is_off_as_none_in_use_gives_way_to_physics_that_explains_the_same(softened):
     """By 10 K, or by a stem that heats the thermometer."""
     physics = as_rival(softened, 'shear_softening', 2000.0, b=0.4)
