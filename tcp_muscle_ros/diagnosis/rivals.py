@@ -62,8 +62,9 @@ def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit | None:
     for start in candidate.starts():
         problem = with_effect(fitted.problem, start)
         z = np.concatenate([fitted.z, problem.start()[own:]])
-        shown = problem.predictions(z)
-        misfit = float(sum(part @ part for part in problem.residuals(shown)))
+        with np.errstate(over='ignore', invalid='ignore'):  # where it runs away
+            shown = problem.predictions(z)
+            misfit = float(sum(part @ part for part in problem.residuals(shown)))
         if np.isfinite(misfit):
             tried.append((misfit, problem, z, shown))
     if not tried:
