@@ -20,10 +20,10 @@ from tcp_muscle_ros.report.words import (
     meaning,
     number,
     own_parameters,
+    parameter_text,
     percent,
     plain,
     range_text,
-    value_text,
 )
 
 _STYLE = """
@@ -157,7 +157,10 @@ def _finding(f: Finding) -> str:
         f'<p><code>{escape(f.equation)}</code></p>',
     ]
     if parameters:
-        rows = [[name, value_text(v), meaning(f.effect, name), _remark(v)] for name, v in parameters.items()]
+        rows = [
+            [name, parameter_text(f.effect, name, v), meaning(f.effect, name), _remark(v)]
+            for name, v in parameters.items()
+        ]
         parts.append(_table(['parameter', 'value (90 % interval)', 'meaning', 'remark'], rows, (0, 2, 3)))
     parts.append(f'<p>{escape(told)}</p>')
     if held_out:

@@ -14,10 +14,10 @@ from tcp_muscle_ros.report.words import (
     error_text,
     number,
     own_parameters,
+    parameter_text,
     percent,
     plain,
     range_text,
-    value_text,
 )
 
 LINES, WIDTH = 20, 100
@@ -83,7 +83,7 @@ def _findings(d: Diagnosis) -> list[str]:
 
 
 def _parameters(finding: Finding) -> str:
-    return ', '.join(f'{name} {value_text(v)}' for name, v in own_parameters(finding).items())
+    return ', '.join(f'{name} {parameter_text(finding.effect, name, v)}' for name, v in own_parameters(finding).items())
 
 
 def _calibration(d: Diagnosis) -> list[str]:

@@ -104,6 +104,12 @@ def value_text(value: Value) -> str:
     return f'{middle}{interval}' + (f' {value.unit}' if value.unit not in ('', '1') else '')
 
 
+def parameter_text(effect: str, name: str, value: Value) -> str:
+    """A finding's parameter: its value as above, or the name of what was chosen."""
+    row = SPECIFICATIONS.get(f'{effect}.{name}')
+    return row.choices[round(value.value)] if row is not None and row.choices else value_text(value)
+
+
 def interval_text(value: Value) -> str:
     """``0.092 to 0.108``."""
     _, low, high = digits_text(value)

@@ -371,3 +371,8 @@ def test_sensor_effects_stay_out_of_the_muscle(tmp_path):
 )
 def test_a_value_is_read_with_its_interval(value, text):
     assert words.value_text(value) == text
+
+
+def test_a_choice_is_read_by_its_name():
+    assert words.parameter_text('two_node', 'pull', Value(1.0, 1.0, 1.0, '1', 0.0)) == 'core and sheath'
+    assert words.parameter_text('two_node', 'f', Value(0.5, 0.4, 0.6, '1', 0.5)) == '0.50 (0.40 to 0.60)'
