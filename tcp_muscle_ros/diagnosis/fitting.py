@@ -135,9 +135,10 @@ def slopes(problem: Problem, z: Array, base: Sequence[Shown], which: Sequence[in
         moved = z.copy()
         moved[k] += step
         values = problem.values(moved)
-        for r in range(len(base)) if unknown.recording is None else [unknown.recording]:
-            for name, shown in problem.predict(values, r).items():
-                out[r][name][:, place] = (shown - base[r][name]) / step
+        with np.errstate(over='ignore', invalid='ignore'):  # where the model runs away
+            for r in range(len(base)) if unknown.recording is None else [unknown.recording]:
+                for name, shown in problem.predict(values, r).items():
+                    out[r][name][:, place] = (shown - base[r][name]) / step
 
     with ThreadPoolExecutor(_WORKERS) as pool:
         list(pool.map(column, enumerate(which)))

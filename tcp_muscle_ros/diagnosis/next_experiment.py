@@ -175,10 +175,17 @@ def kept(distance: float, needed: float) -> float:
 
 
 def separation(a: Fit, b: Fit, experiment: Experiment, rounds: int = _ROUNDS) -> float:
-    """Squared whitened distance of two models' predictions, after ``b`` has adapted as far as its data allow.
+    """Squared whitened distance of two models' predictions, after ``b`` has adapted as far as its data allow; 0 under a
+    plan where either runs away.
 
     What an effect had for each recording by itself, it has anew in this one.
     """
+    with np.errstate(over='ignore', invalid='ignore'):
+        found = _separation(a, b, experiment, rounds)
+    return found if np.isfinite(found) else 0.0
+
+
+def _separation(a: Fit, b: Fit, experiment: Experiment, rounds: int) -> float:
     noise = _noise_at(b.problem.noise, b.problem.experiments, experiment)
     (new_a, za, _), (new_b, zb, kept) = (_alone(fitted, experiment, noise) for fitted in (a, b))
     told = new_a.residuals(new_a.predictions(za))[0]
@@ -195,6 +202,8 @@ def separation(a: Fit, b: Fit, experiment: Experiment, rounds: int = _ROUNDS) ->
     for _ in range(rounds):
         columns = new_b.jacobian(slopes(new_b, z, shown))
         step = np.linalg.solve(columns.T @ columns + information, columns.T @ difference + information @ (z - zb))
+        if not np.all(np.isfinite(step)):
+            return float('nan')
         if rounds == 1:  # a first look: as the linear approximation has it
             left = difference - columns @ step
             return float(left @ left + step @ information @ step)

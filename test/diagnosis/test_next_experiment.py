@@ -78,3 +78,16 @@ def test_a_promise_is_worth_what_the_muscle_keeps_of_it():
     assert kept(100.0, 100.0) == pytest.approx(0.5)
     assert kept(200.0, 100.0) == pytest.approx(0.841, abs=1e-3)
     assert kept(0.0, 100.0) < 1e-9
+
+
+def test_a_plan_under_which_a_model_runs_away_tells_nothing(late):
+    """A wire whose resistance falls with the length heats the more the shorter it is."""
+    bare, rivals = late
+    lagging = rivals['thermocouple_lag'].fit
+    wild = with_effect(bare.problem, Candidate('resistance_strain', {'resistance_strain.GF': -1.0}, 0.0, 0.0))
+    running = fit(wild, np.concatenate([bare.z, wild.start()[bare.z.size :]]), rounds=0)
+    hold = next(p for p in plans(bare.muscle, 0.5, NOMINAL['T0']) if p.name == 'long hold')
+    planned = experiment_of(hold, bare.problem.experiments[0], NOMINAL['T0'])
+    for rounds in (1, 4):
+        assert separation(running, lagging, planned, rounds) == 0.0
+        assert separation(lagging, running, planned, rounds) == 0.0
