@@ -7,6 +7,7 @@ remains says how probable it is that the new recording tells them apart.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -135,37 +136,37 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float) -> Proposal | None:
     within which they pass for alike. Best is what tells most pairs apart, each as probable as its two rivals are.
     """
     members = alike[:_MEMBERS]
+    names = [rival.effect for rival in members]
     first = members[0].fit
     like = next((e for e in first.problem.experiments if 'displacement' in e.observed), first.problem.experiments[0])
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
     planned = [
-        (plan, experiment)
+        (plan, Under(bare, experiment), [Under(rival.fit, experiment) for rival in members])
         for plan in plans(first.muscle, like.holding.starting_load, ambient)
         if (experiment := experiment_of(plan, like, ambient)).observed
     ]
     best = min(rival.score for rival in members)
     odds = {rival.effect: float(np.exp(-_ODDS * (rival.score - best) / margin(drop))) for rival in members}
 
-    def look(experiment: Experiment, rounds: int) -> dict[tuple[str, str], float]:
+    def look(without: Under, those: Sequence[Under], rounds: int) -> dict[tuple[str, str], float]:
         """How probable it is that each pair is told apart, whichever of the two is the muscle's."""
-        needed = margin(drop + separation(first, bare, experiment, rounds))
+        needed = margin(drop + separation(those[0], without, rounds))
         told = {}
-        for one, two in combinations(members, 2):
-            each = [kept(separation(a.fit, b.fit, experiment, rounds), needed) for a, b in ((one, two), (two, one))]
-            told[one.effect, two.effect] = float(np.average(each, weights=[odds[one.effect], odds[two.effect]]))
+        for (one, a), (two, b) in combinations(zip(names, those, strict=True), 2):
+            each = [kept(separation(a, b, rounds), needed), kept(separation(b, a, rounds), needed)]
+            told[one, two] = float(np.average(each, weights=[odds[one], odds[two]]))
         return told
 
     def worth(told: Mapping[tuple[str, str], float]) -> float:
         return sum(odds[one] * odds[two] * probable for (one, two), probable in told.items())
 
-    promising = sorted(planned, key=lambda one: -worth(look(one[1], 1)))[:_CLOSER]
-    found = [(plan, look(experiment, _ROUNDS)) for plan, experiment in promising]
+    promising = sorted(planned, key=lambda one: -worth(look(one[1], one[2], 1)))[:_CLOSER]
+    found = [(plan, look(without, those, _ROUNDS)) for plan, without, those in promising]
     if not found:
         return None
     plan, told = max(found, key=lambda one: worth(one[1]))
     # Rather the one that is named from another than two others from each other.
-    named = members[0].effect
-    pair, power = max(told.items(), key=lambda one: (one[1] >= 0.5, named in one[0], one[1]))
+    pair, power = max(told.items(), key=lambda one: (one[1] >= 0.5, names[0] in one[0], one[1]))
     return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
 
 
@@ -174,56 +175,99 @@ def kept(distance: float, needed: float) -> float:
     return float(norm.cdf(np.log(max(distance, 1e-12) / needed) / _KEPT))
 
 
-def separation(a: Fit, b: Fit, experiment: Experiment, rounds: int = _ROUNDS) -> float:
+@dataclass(frozen=True, eq=False)
+class Under:
+    """A fit under one planned experiment alone."""
+
+    fitted: Fit
+    experiment: Experiment
+
+    @cached_property
+    def shared(self) -> list[int]:
+        """Which of its unknowns all recordings share; they come first."""
+        unknowns = enumerate(self.fitted.problem.unknowns)
+        return [k for k, u in unknowns if u.recording is None and u.name not in (AMBIENT, START)]
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The problem of the experiment, under the recorded noise."""
+        problem = self.fitted.problem
+        unknowns = tuple(problem.unknowns[k] for k in (*self.shared, *self._own))
+        return replace(problem, experiments=(self.experiment,), unknowns=unknowns, noise=self.noise)
+
+    @cached_property
+    def noise(self) -> dict[str, Noise]:
+        """That of the recordings, at the planned spacing."""
+        return _noise_at(self.fitted.problem.noise, self.fitted.problem.experiments, self.experiment)
+
+    @cached_property
+    def z(self) -> Array:
+        """Where the fit stands. What a recording has by itself begins as it usually is: from where it hardly acts it
+        would not find back."""
+        unknowns = self.fitted.problem.unknowns
+        usual = [unknowns[k].to_fit(SPECIFICATIONS[unknowns[k].name].value) for k in self._own]
+        return np.concatenate([self.fitted.z[self.shared], usual])
+
+    @cached_property
+    def shown(self) -> list[Shown]:
+        """What it shows there."""
+        return self.problem.predictions(self.z)
+
+    @cached_property
+    def slopes(self) -> list[Shown]:
+        """d shown / d z."""
+        return slopes(self.problem, self.z, self.shown)
+
+    @cached_property
+    def information(self) -> Array:
+        """How far the recordings have fixed its unknowns, shape (n, n)."""
+        information = np.diag([1.0 / u.prior_spread**2 for u in self.problem.unknowns])
+        n, covariance = len(self.shared), self.fitted.covariance[np.ix_(self.shared, self.shared)]
+        information[:n, :n] = np.linalg.pinv(covariance, hermitian=True)
+        return information
+
+    @property
+    def _own(self) -> list[int]:
+        unknowns = enumerate(self.fitted.problem.unknowns)
+        return [k for k, u in unknowns if u.recording == 0 and u.name not in (AMBIENT, START)]
+
+
+def separation(a: Under, b: Under, rounds: int = _ROUNDS) -> float:
     """Squared whitened distance of two models' predictions, after ``b`` has adapted as far as its data allow; 0 under a
     plan where either runs away.
 
     What an effect had for each recording by itself, it has anew in this one.
     """
     with np.errstate(over='ignore', invalid='ignore'):
-        found = _separation(a, b, experiment, rounds)
+        found = _separation(a, b, rounds)
     return found if np.isfinite(found) else 0.0
 
 
-def _separation(a: Fit, b: Fit, experiment: Experiment, rounds: int) -> float:
-    noise = _noise_at(b.problem.noise, b.problem.experiments, experiment)
-    (new_a, za, _), (new_b, zb, kept) = (_alone(fitted, experiment, noise) for fitted in (a, b))
-    told = new_a.residuals(new_a.predictions(za))[0]
-    information = np.diag([1.0 / u.prior_spread**2 for u in new_b.unknowns])
-    shared = len(kept)
-    information[:shared, :shared] = np.linalg.pinv(b.covariance[np.ix_(kept, kept)], hermitian=True)
+def _separation(a: Under, b: Under, rounds: int) -> float:
+    problem, information = b.problem, b.information
+    told = a.problem.with_noise(b.noise).residuals(a.shown)[0]
 
-    def missed(z: Array) -> tuple[float, list[Shown], Array]:
-        shown = new_b.predictions(z)
-        difference = new_b.residuals(shown)[0] - told
-        return float(difference @ difference + (z - zb) @ information @ (z - zb)), shown, difference
+    def missed(z: Array, shown: list[Shown]) -> tuple[float, list[Shown], Array]:
+        difference = problem.residuals(shown)[0] - told
+        return float(difference @ difference + (z - b.z) @ information @ (z - b.z)), shown, difference
 
-    z, (least, shown, difference) = zb, missed(zb)
+    def after(z: Array) -> tuple[Array, float, list[Shown], Array]:
+        return z, *missed(z, problem.predictions(z))
+
+    z, (least, shown, difference) = b.z, missed(b.z, b.shown)
     for _ in range(rounds):
-        columns = new_b.jacobian(slopes(new_b, z, shown))
-        step = np.linalg.solve(columns.T @ columns + information, columns.T @ difference + information @ (z - zb))
+        columns = problem.jacobian(b.slopes if z is b.z else slopes(problem, z, shown))
+        step = np.linalg.solve(columns.T @ columns + information, columns.T @ difference + information @ (z - b.z))
         if not np.all(np.isfinite(step)):
             return float('nan')
         if rounds == 1:  # a first look: as the linear approximation has it
             left = difference - columns @ step
             return float(left @ left + step @ information @ step)
-        best = min(((z - share * step, *missed(z - share * step)) for share in _SHARES), key=lambda one: one[1])
+        best = min((after(z - share * step) for share in _SHARES), key=lambda one: one[1])
         if best[1] >= (1.0 - _SETTLED) * least:
             break
         z, least, shown, difference = best
     return least
-
-
-def _alone(fitted: Fit, experiment: Experiment, noise: Mapping[str, Noise]) -> tuple[Problem, Array, list[int]]:
-    """The problem of one experiment, where a fit stands, and which of its unknowns all recordings share; they come
-    first. What a recording has by itself begins as it usually is: from where it hardly acts it would not find back."""
-    unknowns = fitted.problem.unknowns
-    kept = [k for k, u in enumerate(unknowns) if u.recording is None and u.name not in (AMBIENT, START)]
-    own = [k for k, u in enumerate(unknowns) if u.recording == 0 and u.name not in (AMBIENT, START)]
-    mine = tuple(unknowns[k] for k in (*kept, *own))
-    usual = [unknowns[k].to_fit(SPECIFICATIONS[unknowns[k].name].value) for k in own]
-    z = np.concatenate([fitted.z[kept], usual])
-    return replace(fitted.problem, experiments=(experiment,), unknowns=mine, noise=noise), z, kept
 
 
 def _noise_at(noise: Mapping[str, Noise], recorded: tuple[Experiment, ...], planned: Experiment) -> dict[str, Noise]:

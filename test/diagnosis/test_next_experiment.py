@@ -7,7 +7,7 @@ from diagnosis.made import NOMINAL, TRUE, experiment
 from tcp_muscle_ros.diagnosis.calibration import calibrate
 from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, with_effect
 from tcp_muscle_ros.diagnosis.fitting import fit
-from tcp_muscle_ros.diagnosis.next_experiment import experiment_of, kept, plans, propose, separation
+from tcp_muscle_ros.diagnosis.next_experiment import Under, experiment_of, kept, plans, propose, separation
 from tcp_muscle_ros.diagnosis.rivals import penalised, rivals_for, shrink
 
 CHANNELS = ['temperature', 'resistance', 'displacement']
@@ -42,7 +42,7 @@ def test_a_model_is_not_told_from_itself(late):
     fitted = rivals['thermocouple_lag'].fit
     for plan in plans(fitted.muscle, 0.5, NOMINAL['T0']):
         planned = experiment_of(plan, fitted.problem.experiments[0], NOMINAL['T0'])
-        assert separation(fitted, fitted, planned) == pytest.approx(0.0, abs=1e-9)
+        assert separation(Under(fitted, planned), Under(fitted, planned)) == pytest.approx(0.0, abs=1e-9)
 
 
 def with_drift(bare, rate, own, rounds=10):
@@ -58,9 +58,9 @@ def test_what_an_effect_has_for_each_recording_by_itself_it_has_anew(late):
     bare, _ = late
     rest = next(p for p in plans(bare.muscle, 0.5, NOMINAL['T0']) if p.name == 'at rest')
     planned = experiment_of(rest, bare.problem.experiments[0], NOMINAL['T0'])
-    drifting = with_drift(bare, -3e-5, own=False, rounds=0)  # 9 mm in the 300 s
-    assert separation(drifting, with_drift(bare, 1e-5, own=True), planned) < 200.0  # what its prior says of it
-    assert separation(drifting, with_drift(bare, 1e-5, own=False), planned) > 1e4
+    drifting = Under(with_drift(bare, -3e-5, own=False, rounds=0), planned)  # 9 mm in the 300 s
+    assert separation(drifting, Under(with_drift(bare, 1e-5, own=True), planned)) < 200.0  # what its prior says of it
+    assert separation(drifting, Under(with_drift(bare, 1e-5, own=False), planned)) > 1e4
 
 
 def test_what_flows_is_told_from_an_end_that_turns_at_other_loads():
@@ -83,11 +83,11 @@ def test_a_promise_is_worth_what_the_muscle_keeps_of_it():
 def test_a_plan_under_which_a_model_runs_away_tells_nothing(late):
     """A wire whose resistance falls with the length heats the more the shorter it is."""
     bare, rivals = late
-    lagging = rivals['thermocouple_lag'].fit
     wild = with_effect(bare.problem, Candidate('resistance_strain', {'resistance_strain.GF': -1.0}, 0.0, 0.0))
     running = fit(wild, np.concatenate([bare.z, wild.start()[bare.z.size :]]), rounds=0)
     hold = next(p for p in plans(bare.muscle, 0.5, NOMINAL['T0']) if p.name == 'long hold')
     planned = experiment_of(hold, bare.problem.experiments[0], NOMINAL['T0'])
+    wild, lagging = Under(running, planned), Under(rivals['thermocouple_lag'].fit, planned)
     for rounds in (1, 4):
-        assert separation(running, lagging, planned, rounds) == 0.0
-        assert separation(lagging, running, planned, rounds) == 0.0
+        assert separation(wild, lagging, rounds) == 0.0
+        assert separation(lagging, wild, rounds) == 0.0

@@ -24,7 +24,7 @@ heat           after conductance, capacity and further heat
 rates          writes ``ds``; all quantities are known
 sensor         what the sensors show
 initial        writes ``s`` for a muscle that has long rested at the present temperature and force
-commit         at the end of a substep: memories (play, largest temperature) move here
+commit         at the end of a substep: memories (play, friction) move here
 =============  ==========================================================================================
 
 States of an effect without ``rates`` are memories: only ``commit`` and ``begin`` move them.
