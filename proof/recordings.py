@@ -16,6 +16,7 @@ from proof.truth.plant import Array
 
 SIGMA = {'temperature': 0.2, 'resistance': 0.02, 'displacement': 0.05e-3, 'force': 2e-3}
 INPUTS = ('current', 'power', 'voltage')
+DRIVE = 'drive'  # among the instruments: what reads the input; its noise is a share of the largest
 START_NS = 1_760_000_000_000_000_000
 
 
@@ -62,6 +63,10 @@ def draw_noise(rng: np.random.Generator, *, coloured: bool = False) -> dict[str,
             lost=float(rng.choice([0.0, 0.002, 0.01])),
             bursts=int(rng.choice([0, 0, 0, 1, 2])),
         )
+    # A source that says what it imposes has none; an ammeter beside it reads it with noise.
+    share = float(10.0 ** rng.uniform(-4.0, -3.0)) if rng.random() < 0.5 else 0.0
+    quantum = share * float(rng.choice([0.0, 0.0, 0.5, 1.0]))
+    noise[DRIVE] = Noise(share, coloured=0.0, pole=0.0, quantum=quantum, lost=0.0, bursts=0)
     return noise
 
 
@@ -83,7 +88,12 @@ def instrument(
             kept &= signals.current > 0.003
         where = np.flatnonzero(kept)
         found[name] = (where, values[where])
-    found[INPUTS[experiment.kind]] = (np.arange(n), signals.drive)
+    drive, meter, largest = signals.drive, noise[DRIVE], float(np.max(np.abs(signals.drive)))
+    if meter.sigma:
+        drive = drive + largest * meter.draw(rng, n)
+        if meter.quantum:
+            drive = np.round(drive / (largest * meter.quantum)) * largest * meter.quantum
+    found[INPUTS[experiment.kind]] = (np.arange(n), drive)
     changed = np.flatnonzero(np.diff(experiment.load, prepend=-1.0) != 0.0)
     seconds = np.searchsorted(experiment.time, np.arange(0.0, experiment.time[-1], 1.0))
     where = np.unique(np.concatenate([changed, seconds]))

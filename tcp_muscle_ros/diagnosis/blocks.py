@@ -18,7 +18,8 @@ _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, 
 _UNUSUAL = 8.0  # times the usual change of a load that changes all the time: a step
 _RINGING, _SWINGING = 1.5, 5.0  # s after a step of the load: a swing is strong, and may still be seen
 _QUICK = 0.01  # s: a swing at 5 Hz is smaller by half a percent when averaged over so long
-_FEW, _RHYTHM = 0.1, 1.5  # of the samples; and sampling periods: what lies farther apart was not sampled in between
+# Of the samples; and sampling periods: of what lies farther apart samples were lost; or it was not sampled at a rhythm.
+_FEW, _RHYTHM, _LOST = 0.1, 1.5, 10.5
 STEPS_APART = 2.0  # s, on average: steps of a load that are closer are none
 
 
@@ -61,16 +62,18 @@ def _jumps(channel: Channel) -> Mask:
     return np.asarray(np.abs(np.diff(channel.value)) > _JUMP * float(np.ptp(channel.value)))
 
 
-def switches(drive: Channel) -> Array:
-    """When a record that samples the drive at a rhythm last showed a level, and first the next one (s), shape (k, 2).
+def switches(drive: Channel) -> tuple[Array, Array]:
+    """When a record that samples the drive at a rhythm last showed a level, and first the next one (s), shape (k, 2);
+    and the same of those where samples between the two were lost.
 
     None in a record of the changes alone, which says when they were, nor where the drive changes all the time.
     """
     steps = np.flatnonzero(_jumps(drive))
     found = np.column_stack([drive.time[steps], drive.time[steps + 1]])
     if not steps.size or steps.size > _FEW * drive.time.size:
-        return np.empty((0, 2))
-    return found[np.diff(found)[:, 0] <= _RHYTHM * float(np.median(np.diff(drive.time)))]
+        return np.empty((0, 2)), np.empty((0, 2))
+    periods = np.diff(found)[:, 0] / float(np.median(np.diff(drive.time)))
+    return found[periods <= _RHYTHM], found[(periods > _RHYTHM) & (periods <= _LOST)]
 
 
 @overload
@@ -143,7 +146,14 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
     label = np.cumsum(np.concatenate([[0], begins]))
     count = np.bincount(label).astype(float)
     means = np.bincount(label, time) / count, np.bincount(label, value) / count
-    return Observed(*means, count, np.bincount(label, swinging) > 0.0 if moves else None)
+    begins = np.concatenate([[True], begins])
+    return Observed(
+        *means,
+        count,
+        np.bincount(label, swinging) > 0.0 if moves else None,
+        spacing=float(np.median(np.diff(time))),
+        stretch=segment[begins],
+    )
 
 
 def _within(time: Array, events: Array, span: float) -> Mask:

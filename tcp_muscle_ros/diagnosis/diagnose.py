@@ -88,11 +88,12 @@ class _Work:
 
     def _switched(self, fitted: Fit) -> bool:
         """Where a fit shows that the drive switched between two samples of its record: calibrate once more."""
-        moved = switching.settled(self.experiments, fitted)
-        if moved is not None:
+        found = False
+        while (moved := switching.settled(self.experiments, fitted)) is not None:
             self.experiments = moved
             self.calibration = calibrate(moved, self.nominal, progress=self.progress)
-        return moved is not None
+            fitted, found = self.calibration.fit, True
+        return found
 
     def partial(self) -> Diagnosis:
         if self.calibration is None:

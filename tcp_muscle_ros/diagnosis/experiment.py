@@ -11,14 +11,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.between import bends, weights
 from tcp_muscle_ros.muscle import Outputs, Parameters, simulate
-from tcp_muscle_ros.muscle.arrays import Array, Mask
+from tcp_muscle_ros.muscle.arrays import Array, Mask, Places
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.diagnosis.late import Late
 
 STROKE = ('displacement', 'force')  # the channels that show it: free, and held
 FOLLOWS_SETPOINT = 'follows_setpoint'  # in Experiment.known: a setpoint of the displacement was recorded
+_CONTIGUOUS = 1.5  # times the width of two blocks: what lies farther apart has a gap between
+_GROWS = 5.0  # at most, towards a step
 _HOTTER = 20.0  # K: the fibre than its thermometer, at most
 
 
@@ -26,7 +29,8 @@ _HOTTER = 20.0  # K: the fibre than its thermometer, at most
 class Imposed:
     """What was imposed: drive (A, W or V by ``kind``), load (N), ambient (K) at ``time`` (s), each shape (n,).
 
-    ``switches``: when a record that samples the drive last showed a level, and first the next one (s), shape (k, 2).
+    ``switches``: when a record that samples the drive last showed a level, and first the next one (s), shape (k, 2);
+    ``lost``: the same where samples between the two were lost.
     """
 
     kind: str
@@ -35,6 +39,7 @@ class Imposed:
     load: Array
     ambient: Array
     switches: Array = field(default_factory=lambda: np.empty((0, 2)))
+    lost: Array = field(default_factory=lambda: np.empty((0, 2)))
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,8 @@ class Holding:
 class Observed:
     """One output channel: ``value`` (SI) at ``time`` (s), both shape (m,); ``count`` samples were averaged in each.
 
+    ``spacing``: s between these samples; ``stretch``: which stretch without a step of an input each value lies in,
+    shape (m,), None where nothing was averaged.
     ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them; ``calm``: what these weigh.
     ``discrepancy``: ways in which the model may err here, each a column as large (SI) as it usually does, shape (m, n).
     """
@@ -62,6 +69,43 @@ class Observed:
     swinging: Mask | None = None
     calm: float = 1.0
     discrepancy: Array | None = None
+    spacing: float = 0.0
+    stretch: Array | None = None
+
+    def averaged(self, shown: Array) -> Array:
+        """What the mean over each block is where ``shown`` is what a model shows in its middle, both shape (m,).
+
+        They differ by a 24th of the second difference over its width. The first and last of a stretch have that of
+        their neighbour, which grows towards a step of the drive as it does from one to the next.
+        """
+        inner, first, last, width = self._bends
+        if not inner.size:
+            return shown
+        slope = np.diff(shown) / np.diff(self.time)
+        bend = np.zeros(shown.size)
+        bend[inner] = 2.0 * (slope[inner] - slope[inner - 1]) / (self.time[inner + 1] - self.time[inner - 1])
+        with np.errstate(divide='ignore', invalid='ignore'):
+            growth = np.nan_to_num(bend[first + 1] / bend[first + 2], nan=1.0)
+        bend[first] = bend[first + 1] * np.clip(growth, 1.0, _GROWS)
+        bend[last] = bend[last - 1]
+        return np.asarray(shown + bend * width / 24.0)
+
+    @cached_property
+    def _bends(self) -> tuple[Places, Places, Places, Array]:
+        """The places of values between two others of their stretch, of those that follow a step, and of those before
+        one; and the squared width of each (s^2)."""
+        none = np.empty(0, dtype=int)
+        if self.stretch is None or self.time.size < 4:
+            return none, none, none, np.empty(0)
+        wide = self.spacing * self.count
+        near = np.diff(self.time) < _CONTIGUOUS * 0.5 * (wide[1:] + wide[:-1])
+        joined = near & (np.diff(self.stretch) == 0)
+        before, after = np.append(False, joined), np.append(joined, False)
+        inside = before & after
+        first = after & ~before & np.append(inside[1:], False) & np.append(inside[2:], [False, False])
+        last = before & ~after & np.append(False, inside[:-1])
+        width = self.spacing**2 * np.maximum(self.count**2 - 1.0, 0.0)
+        return inside.nonzero()[0], first.nonzero()[0], last.nonzero()[0], width
 
     @cached_property
     def weight(self) -> Array:
@@ -73,7 +117,17 @@ class Observed:
         """Some of the values."""
         swinging = None if self.swinging is None else self.swinging[keep]
         discrepancy = None if self.discrepancy is None else self.discrepancy[keep]
-        return Observed(self.time[keep], self.value[keep], self.count[keep], swinging, self.calm, discrepancy)
+        stretch = None if self.stretch is None else self.stretch[keep]
+        return Observed(
+            self.time[keep],
+            self.value[keep],
+            self.count[keep],
+            swinging,
+            self.calm,
+            discrepancy,
+            self.spacing,
+            stretch,
+        )
 
 
 @dataclass(frozen=True)
@@ -173,11 +227,19 @@ class Experiment:
             if late is not None and late.channel == name:
                 shown[name] = late.seen(self.imposed, getattr(outputs, name), channel)
             else:
-                shown[name] = np.interp(channel.time, outputs.time, getattr(outputs, name))
+                places, weights = self._read[name]
+                shown[name] = channel.averaged(np.sum(weights * getattr(outputs, name)[places], axis=1))
         for slip in self.slips:
             if slip.channel in shown:
                 shown[slip.channel] -= slip.size * slip.after(self.observed[slip.channel].time)
         return shown
+
+    @cached_property
+    def _read(self) -> dict[str, tuple[Places, Array]]:
+        """How the instants of each channel are read between those of the model."""
+        imposed = self.imposed
+        corner, jump = bends(imposed.drive, imposed.load)
+        return {name: weights(imposed.time, corner, jump, observed.time) for name, observed in self.observed.items()}
 
     @cached_property
     def hottest(self) -> float | None:

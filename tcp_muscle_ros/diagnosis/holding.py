@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.blocks import STEPS_APART, changes
+from tcp_muscle_ros.diagnosis.blocks import STEPS_APART, changes, hold
 from tcp_muscle_ros.diagnosis.experiment import Holding
 from tcp_muscle_ros.diagnosis.noise import white_sigma
 from tcp_muscle_ros.errors import BadInput
@@ -13,6 +13,8 @@ from tcp_muscle_ros.recording.recording import Channel, Recording
 from tcp_muscle_ros.recording.yaml_input import as_number
 
 _BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
+_SAME, _SCATTERS = 0.05, 12.0  # of the largest force, and of its noise: within so much it does not change
+_TELLS = 0.02  # of the largest force, by which a load cell may be off
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ def holding_of(
     """What holds the end, the load (a channel or a constant), and the output that thereby became an input."""
     known = recording.known
     stated = known.get('end') if isinstance(known.get('end'), str) else conditions.end
-    end = str(stated) if stated else _guess_end(observed)
+    end = str(stated) if stated else _guess_end(observed, recording.channels.get('load'))
     load: Channel | float
     used = None
     constant = number(known.get('load_n'))
@@ -120,13 +122,19 @@ def _from_the_start(load: Channel, stated: float | None, force: Channel | None) 
     return Channel(load.name, np.append(0.0, load.time), np.append(max(stated, 0.0), load.value), load.topic)
 
 
-def _guess_end(observed: Mapping[str, Channel]) -> str:
-    """A force that changes is a held end's; beside a displacement that changes with it, a spring's."""
+def _guess_end(observed: Mapping[str, Channel], load: Channel | None) -> str:
+    """A force that changes is a held end's, unless it is the load; beside a displacement that changes with it, a
+    spring's."""
     if 'force' not in observed:
         return 'load'
-    force = observed['force'].value
-    if np.ptp(force) <= 0.05 * max(float(np.max(np.abs(force))), 1e-9):
+    force, noise = observed['force'].value, white_sigma(observed['force'].value)
+    largest = float(np.max(np.abs(force)))
+    if np.ptp(force) <= max(_SAME * largest, _SCATTERS * noise):
         return 'load'
+    if load is not None and len(load):
+        apart = float(np.median(np.abs(force - hold(load, observed['force'].time))))
+        if apart <= max(_TELLS * largest, noise):
+            return 'load'
     if 'displacement' not in observed or np.ptp(observed['displacement'].value) < 1e-5:
         return 'blocked'
     at = observed['displacement']

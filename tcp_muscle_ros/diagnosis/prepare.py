@@ -7,11 +7,14 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.blocks import averaged, coarsened, hold, instants_of, switches
 from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment, Imposed, Observed
 from tcp_muscle_ros.diagnosis.holding import Conditions, holding_of, number
+from tcp_muscle_ros.diagnosis.input_noise import held, quiet
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import KINDS, Parameters
-from tcp_muscle_ros.recording.recording import OUTPUTS, Channel, Recording, shared
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recording, shared
 
 _LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
+_AIR = 10.0  # K: within which rooms are
 
 
 def prepare(
@@ -30,7 +33,7 @@ def prepare(
     """
     conditions = conditions or Conditions()
     notes: list[str] = list(recording.notes)
-    kind, drive = _drive(recording)
+    kind, drive = _held(recording, *_drive(recording))
     observed = {name: recording[name] for name in OUTPUTS if name in recording and len(recording[name]) > 1}
     if 'resistance' not in observed and {'voltage', 'current'} <= set(recording.channels):
         derived = _resistance(recording)
@@ -44,11 +47,22 @@ def prepare(
         raise BadInput(
             f'{recording.path}: nothing to compare: expected at least one of {", ".join(OUTPUTS)} beside {kind}'
         )
+    known = dict(recording.known)
+    if len(recording.channels.get('displacement_setpoint', ())):
+        known[FOLLOWS_SETPOINT] = True
+    else:  # a controller imposes what it makes of the noise of its sensor
+        drive, noise = quiet(drive)
+        if noise:
+            notes.append(
+                f'the noise of the {kind} was averaged out between its steps: {noise:.2g} {CHANNELS[kind].unit}'
+            )
     ambient = recording.channels.get('ambient')
+    if ambient is not None:
+        ambient, _ = quiet(ambient, _AIR)
     still = number(recording.known.get('ambient_c'), 273.15)
     if still is None:
         still = conditions.ambient if conditions.ambient is not None else nominal['T0']
-    between = switches(drive)
+    between, lost = switches(drive)
     drive = coarsened(drive, most, 1.0 if kind == 'power' else 2.0)
     load = coarsened(load, most, 1.0)
     start = max(float(drive.time[0]), 0.0)
@@ -64,11 +78,8 @@ def prepare(
         hold(drive, grid),
         np.maximum(hold(load, grid), 0.0) if isinstance(load, Channel) else np.full(grid.size, load),
         hold(ambient, grid) if ambient is not None and len(ambient) else np.full(grid.size, still),
-        between[(between[:, 0] >= start) & (between[:, 1] <= end)],
+        *(found[(found[:, 0] >= start) & (found[:, 1] <= end)] for found in (between, lost)),
     )
-    known = dict(recording.known)
-    if len(recording.channels.get('displacement_setpoint', ())):
-        known[FOLLOWS_SETPOINT] = True
     return Experiment(recording.path, imposed, holding, blocks, known, tuple(notes))
 
 
@@ -85,12 +96,29 @@ def _drive(recording: Recording) -> tuple[str, Channel]:
     )
 
 
+def _held(recording: Recording, kind: str, current: Channel) -> tuple[str, Channel]:
+    """The input that the source holds: where it holds a power or a voltage, the current changes with the resistance
+    between two samples too."""
+    voltage = recording.channels.get('voltage')
+    if kind != 'current' or current.name != 'current' or voltage is None or len(voltage) < 2:
+        return kind, current
+    power = Channel('power', current.time, current.value * _beside(voltage, current.time), current.topic)
+    found = (current, power, voltage)
+    chosen = found[held(found)]
+    return chosen.name, chosen
+
+
 def _resistance(recording: Recording) -> Channel | None:
     current, voltage = recording['current'], recording['voltage']
-    i = hold(current, voltage.time)
+    i = _beside(current, voltage.time)
     flows = np.abs(i) > _LEAST_SENSE_CURRENT
     if flows.sum() < 2:
         return None
     return Channel(
         'resistance', voltage.time[flows], voltage.value[flows] / i[flows], f'{voltage.topic}/{current.topic}'
     )
+
+
+def _beside(channel: Channel, time: Array) -> Array:
+    """The reading nearest to each instant: those of one tick arrive in any order."""
+    return channel.value[np.searchsorted(0.5 * (channel.time[1:] + channel.time[:-1]), time)]

@@ -2,7 +2,8 @@
 
 A logger shows a switch at its next sample: up to a period late, and each time by another part of it. What a misfit of
 seconds follows every switch, in all channels at once, is no physics. Where it explains most of what a model leaves,
-and every switch falls between its two samples, as it must, they are moved to where all channels see them.
+and every switch falls between its two samples, as it must, they are moved to where all channels see them. So is one
+beside which samples of the drive were lost, or that alone came just after a sample.
 """
 
 from collections.abc import Sequence
@@ -24,61 +25,85 @@ _MOSTLY = 0.5  # of what is left beyond the noise: less is something else's
 _BESIDE = 0.25  # of a period: by so much a switch may seem to lie outside its own
 _NEARLY_ALL = 0.8  # of the switches lie between their samples
 _LATE = 0.15  # of a period, that they are at least on average
+_ODD = 8.0  # times what others scatter by: whatever physics does at a switch, it does at each
 
 
 def settled(experiments: Sequence[Experiment], fitted: Fit) -> tuple[Experiment, ...] | None:
     """The experiments with the drive switched when all channels see it, or None where that is not what is left of them.
 
-    ``fitted``: the fit that leaves it. The switches of a recording are found from all of it.
+    ``fitted``: the fit that leaves it. The switches of a recording are found from all of it; first those beside which
+    samples were lost.
     """
-    counts = [e.imposed.switches.shape[0] for e in experiments]
-    if not _FEWEST <= sum(counts) <= _MOST:
-        return None
     fitted = with_noise(fitted, {name: s.noise for name, s in structures(fitted).items()})
-    shares = _shares(fitted, counts)
-    if shares is None:
-        return None
-    parts = np.split(shares, np.cumsum(counts)[:-1])
-    return tuple(_moved(e, mine) for e, mine in zip(experiments, parts, strict=True))
+    for name, fewest, judge in (('lost', 1, _plain), ('switches', _FEWEST, _all_or_odd)):
+        spans: list[Array] = [getattr(e.imposed, name) for e in experiments]
+        if not fewest <= sum(map(len, spans)) <= _MOST:
+            continue
+        columns, target = _late(fitted, spans)
+        seen = np.any(columns, axis=0)
+        if np.count_nonzero(seen) < fewest:
+            continue
+        found = judge(fitted, columns[:, seen], target)
+        if found is not None:
+            shares = np.zeros(seen.size)
+            shares[seen] = found
+            parts = np.split(shares, np.cumsum([len(mine) for mine in spans])[:-1])
+            return tuple(_moved(e, name, mine) for e, mine in zip(experiments, parts, strict=True))
+    return None
 
 
-def _shares(fitted: Fit, counts: list[int]) -> Array | None:
-    """By what share of its period each switch came before it was shown, shape (switches,); None where they are not
-    what is left."""
-    beyond = fitted.misfit - sum(part.size for part in fitted.residuals)
-    if beyond <= 0.0:
-        return None
-    screen = Screen.of(fitted)  # what the unknowns could take up is theirs
-    columns = np.zeros((screen.left.size, sum(counts)))
+def _late(fitted: Fit, spans: Sequence[Array]) -> tuple[Array, Array]:
+    """How the whitened residuals change with each switch, from shown to a period earlier, shape (m, switches); and what
+    is to be explained, shape (m,). What the unknowns could take up is theirs."""
+    screen = Screen.of(fitted)
+    columns = np.zeros((screen.left.size, sum(map(len, spans))))
     row = column = 0
-    for k, (count, residual) in enumerate(zip(counts, fitted.residuals, strict=True)):
-        columns[row : row + residual.size, column : column + count] = _columns(fitted, k)
-        row, column = row + residual.size, column + count
-    columns -= screen.orthonormal @ (screen.orthonormal.T @ columns)
-    seen = np.any(columns, axis=0)
-    count = int(seen.sum())
-    if count < _FEWEST:
-        return None
-    columns, target = columns[:, seen], -screen.left
+    for k, (mine, residual) in enumerate(zip(spans, fitted.residuals, strict=True)):
+        columns[row : row + residual.size, column : column + len(mine)] = _columns(fitted, k, mine)
+        row, column = row + residual.size, column + len(mine)
+    return columns - screen.orthonormal @ (screen.orthonormal.T @ columns), -screen.left
+
+
+def _bound(columns: Array, target: Array) -> tuple[Array, bool, float]:
+    """By what share of its period each came before it was shown; whether that is more than chance; and by how much the
+    misfit falls."""
+    bound, count = lsq_linear(columns, target, (0.0, 1.0)).x, columns.shape[1]
+    rest = target - columns @ bound
+    gain = float(target @ target - rest @ rest)
+    return bound, gain > count + _SURE * float(np.sqrt(2.0 * count)), gain
+
+
+def _plain(fitted: Fit, columns: Array, target: Array) -> Array | None:
+    """Those beside which samples were lost need be no more than seen."""
+    bound, sure, _ = _bound(columns, target)
+    return bound if sure else None
+
+
+def _all_or_odd(fitted: Fit, columns: Array, target: Array) -> Array | None:
+    """Nearly all lie between their samples, and that is most of what is left; or a few do, unlike all others, which
+    were sampled just after they came."""
+    beyond = fitted.misfit - sum(part.size for part in fitted.residuals)
     spread = np.sqrt(np.diag(np.linalg.pinv(columns.T @ columns, hermitian=True)))
     free = np.linalg.lstsq(columns, target, rcond=None)[0]
+    bound, sure, gain = _bound(columns, target)
     within = float(np.mean(np.abs(free - 0.5) < 0.5 + _BESIDE + 2.0 * spread))
-    bound = lsq_linear(columns, target, (0.0, 1.0)).x
-    rest = target - columns @ bound
-    mostly = float(target @ target - rest @ rest) > max(count + _SURE * np.sqrt(2.0 * count), _MOSTLY * beyond)
     late = float(np.average(bound, weights=spread**-2.0))
-    if not (mostly and within >= _NEARLY_ALL and late >= _LATE):
+    if sure and beyond > 0.0 and gain > _MOSTLY * beyond and within >= _NEARLY_ALL and late >= _LATE:
+        return bound
+    usual = float(np.median(free))
+    scatter = 1.4826 * float(np.median(np.abs(free - usual)))
+    odd = (free - usual > _ODD * np.maximum(scatter, spread)) & (free > _LATE) & (free < 1.0 + _BESIDE)
+    if not odd.any():
         return None
-    shares = np.zeros(seen.size)
-    shares[seen] = bound
-    return shares
+    alone, sure, _ = _bound(columns[:, odd], target)
+    shares = np.zeros(odd.size)
+    shares[odd] = alone
+    return shares if sure else None
 
 
-def _columns(fitted: Fit, recording: int) -> Array:
-    """How the whitened residuals of one recording change with each of its switches, from shown to a period earlier,
-    shape (m, switches)."""
+def _columns(fitted: Fit, recording: int, switches: Array) -> Array:
+    """The same of one recording's residuals, all that they show."""
     problem, experiment = fitted.problem, fitted.problem.experiments[recording]
-    switches = experiment.imposed.switches
     shown = fitted.predictions[recording]
     changes: list[Shown] = []
     for switch in switches:
@@ -113,17 +138,26 @@ def _earlier(imposed: Imposed, switch: Array, share: float) -> Imposed:
     return replace(imposed, drive=np.where(early, next_level, imposed.drive))
 
 
-def _moved(experiment: Experiment, shares: Array) -> Experiment:
-    """The experiment with its switches moved, and a note of it."""
+def _moved(experiment: Experiment, name: str, shares: Array) -> Experiment:
+    """The experiment with its switches of this name moved, and a note of it."""
     imposed = experiment.imposed
-    switches = imposed.switches
+    switches: Array = getattr(imposed, name)
     if not len(switches):
         return experiment
-    for switch, share in zip(switches, shares, strict=True):
+    moved = shares > 0.0
+    if not moved.any():
+        return replace(experiment, imposed=_settled(imposed, name))
+    for switch, share in zip(switches[moved], shares[moved], strict=True):
         imposed = _earlier(imposed, switch, float(share))
-    mean = 1e3 * float(np.mean(shares * np.diff(switches)[:, 0]))
+    mean = 1e3 * float(np.mean(shares[moved] * np.diff(switches[moved])[:, 0]))
+    where = 'between two samples of its record' if name == 'switches' else 'where samples of its record were lost'
     note = (
-        f'the {imposed.kind} switched between two samples of its record, {mean:.0f} ms before it was shown on average: '
-        f'when, was found from all channels ({len(switches)} switches)'
+        f'the {imposed.kind} switched {where}, {mean:.0f} ms before it was shown on average: '
+        f'when, was found from all channels ({np.count_nonzero(moved)} of {len(switches)} switches)'
     )
-    return replace(experiment, imposed=replace(imposed, switches=np.empty((0, 2))), notes=(*experiment.notes, note))
+    return replace(experiment, imposed=_settled(imposed, name), notes=(*experiment.notes, note))
+
+
+def _settled(imposed: Imposed, name: str) -> Imposed:
+    none = np.empty((0, 2))
+    return replace(imposed, lost=none) if name == 'lost' else replace(imposed, switches=none)

@@ -77,8 +77,22 @@ def test_the_force_at_a_loaded_end_is_the_load():
 
 
 def test_a_force_that_changes_at_a_still_end_is_a_blocked_muscles():
-    made = recording(current=(TIME, CURRENT), force=(TIME, CURRENT))
+    force = 0.3 + simulate(NOMINAL, TIME, CURRENT).displacement
+    made = recording(current=(TIME, CURRENT), force=(TIME, force))
     assert prepare(made, NOMINAL).holding.end == 'blocked'
+
+
+@pytest.mark.parametrize('stepped', [False, True])
+def test_a_load_cell_that_reads_the_load_with_noise_holds_no_end(stepped):
+    load = np.where(TIME < 60.0, 0.35, 0.5) if stepped else np.full(TIME.size, 0.35)
+    cell = load + 5e-3 * np.random.default_rng(2).standard_normal(TIME.size)
+    temperature = simulate(NOMINAL, TIME, CURRENT).temperature
+    made = recording(
+        current=(TIME, CURRENT), temperature=(TIME, temperature), force=(TIME, cell), load=(TIME[::20], load[::20])
+    )
+    experiment = prepare(made, NOMINAL)
+    assert experiment.holding.end == 'load'
+    assert set(experiment.observed) == {'temperature'}
 
 
 def test_a_spring_is_recognised_and_its_rate_measured():
@@ -182,3 +196,24 @@ def test_a_load_that_changes_all_the_time_is_averaged_with_the_rest():
     made = recording(current=(TIME, CURRENT), load=(TIME, load), displacement=(TIME, 1e-3 * CURRENT - 0.02 * load))
     experiment = prepare(made, NOMINAL, most=300)
     assert experiment.observed['displacement'].time.size < 400
+
+
+def test_where_the_source_holds_a_power_that_is_what_drives():
+    power = np.where(np.mod(TIME, 70.0) < 25.0, 0.9, 0.002)
+    out = simulate(NOMINAL, TIME, power, kind='power')
+    current = np.sqrt(power / out.resistance)
+    noise = np.random.default_rng(4).standard_normal((2, TIME.size))
+    made = recording(
+        current=(TIME, current + 1e-4 * noise[0]),
+        voltage=(TIME + 2e-5, current * out.resistance + 1e-3 * noise[1]),
+        displacement=(TIME, out.displacement),
+    )
+    experiment = prepare(made, NOMINAL)
+    assert experiment.imposed.kind == 'power'
+    levels = experiment.imposed.drive[np.append(True, np.diff(experiment.imposed.drive) != 0.0)]
+    assert levels.size == np.count_nonzero(np.diff(power)) + 1
+    np.testing.assert_allclose(levels, np.where(np.arange(levels.size) % 2 == 0, 0.9, 0.002), atol=2e-4)
+    held = recording(
+        current=(TIME, CURRENT), voltage=(TIME, CURRENT * out.resistance), displacement=(TIME, out.displacement)
+    )
+    assert prepare(held, NOMINAL).imposed.kind == 'current'

@@ -85,8 +85,52 @@ def test_a_record_that_is_early_is_no_matter_of_samples(recordings):
 def test_only_a_record_at_a_rhythm_leaves_open_when():
     time = np.arange(0.0, 20.0, 0.1)
     sampled = Channel('current', time, np.where(time % 10.0 < 4.95, 0.3, 0.0), '/current')
-    np.testing.assert_allclose(switches(sampled), [[4.9, 5.0], [9.9, 10.0], [14.9, 15.0]])
+    np.testing.assert_allclose(switches(sampled)[0], [[4.9, 5.0], [9.9, 10.0], [14.9, 15.0]])
     changes = Channel('current', np.array([0.0, 5.0, 10.0, 15.0]), np.array([0.3, 0.0, 0.3, 0.0]), '/current')
-    assert switches(changes).shape == (0, 2)
+    assert switches(changes)[0].shape == (0, 2)
     wave = Channel('current', time, np.where(np.arange(time.size) % 2 == 0, 0.3, 0.0), '/current')
-    assert switches(wave).shape == (0, 2)
+    assert switches(wave)[0].shape == (0, 2)
+
+
+def test_where_samples_were_lost_between_two_levels_that_is_told_apart():
+    time = np.delete(np.arange(0.0, 20.0, 0.1), [50, 51])
+    shown = Channel('current', time, np.where(time % 10.0 < 4.95, 0.3, 0.0), '/current')
+    sampled, lost = switches(shown)
+    np.testing.assert_allclose(lost, [[4.9, 5.2]])
+    np.testing.assert_allclose(sampled, [[9.9, 10.0], [14.9, 15.0]])
+
+
+def without(recording, first, count):
+    """The recording with samples of its current lost."""
+    current = recording['current']
+    kept = np.ones(len(current), dtype=bool)
+    kept[first : first + count] = False
+    shown = replace(current, time=current.time[kept], value=current.value[kept])
+    return replace(recording, channels={**recording.channels, 'current': shown})
+
+
+def test_a_switch_whose_sample_was_lost_is_found_from_what_followed(recordings):
+    current = recordings[0]['current']
+    at = int(np.searchsorted(current.time, true_switches(recordings[0])[2]))
+    shown = prepared([without(recordings[0], at, 6), *recordings[1:]])
+    assert len(shown[0].imposed.lost) == 1
+    before = fitted(shown)
+    moved = settled(shown, before)
+    assert 'where samples of its record were lost' in moved[0].notes[-1]
+    drive = moved[0].imposed
+    switched = drive.time[1:][np.abs(np.diff(drive.drive)) > 0.05 * np.ptp(drive.drive)]
+    assert np.min(np.abs(switched - current.time[at])) < 0.04
+    assert fitted(moved).mean_square['displacement'] < 0.7 * before.mean_square['displacement']
+
+
+def test_one_switch_that_came_just_after_a_sample_is_moved_alone(recordings):
+    current = recordings[0]['current']
+    at = int(np.searchsorted(current.time, true_switches(recordings[0])[2]))
+    value = current.value.copy()
+    value[at] = value[at - 1]  # read just before it switched
+    late = replace(current, value=value)
+    shown = prepared([replace(recordings[0], channels={**recordings[0].channels, 'current': late}), *recordings[1:]])
+    moved = settled(shown, fitted(shown))
+    assert '(1 of ' in moved[0].notes[-1]
+    assert [len(e.notes) for e in moved[1:]] == [len(e.notes) for e in shown[1:]]
+    assert fitted(moved).mean_square['displacement'] < fitted(shown).mean_square['displacement']
