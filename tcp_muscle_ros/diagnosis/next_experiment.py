@@ -104,6 +104,11 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
             'what lasts: how it grows with the load',
             tuple(s for f in (low, base, high) for s in (on(90.0, 1.0, f), rest(40.0, f))),
         ),
+        Plan(
+            'holds at alternating loads',
+            'what lasts: load and heat ask for it, or it goes its own way',
+            tuple(s for f in (low, high, low, high) for s in (on(60.0, 1.0, f), rest(40.0, f))),
+        ),
     ]
 
 

@@ -6,10 +6,10 @@ from tcp_muscle_ros.diagnosis.location import locate
 from tcp_muscle_ros.diagnosis.selection import Selection
 from tcp_muscle_ros.muscle import EFFECTS
 
-# A generic misfit that keeps more than this share of what was there has not been explained by the named effects; of
-# sensors alone, whose faults are told exactly, less.
-_STILL, _BY_SENSORS = 0.2, 0.06
-_BEYOND, _FAR_BEYOND = 1.5, 8.0  # times the noise's variance
+# A generic misfit that keeps more than this share of what was there has not been explained by the named effects; less,
+# if it is plain beside the noise, or if only sensors were named, whose faults are told exactly.
+_STILL, _STILL_PLAIN = 0.2, 0.06
+_BEYOND, _PLAIN, _FAR_BEYOND = 1.5, 4.0, 8.0  # times the noise's variance
 
 
 def unexplained(selection: Selection) -> Unexplained | None:
@@ -19,16 +19,18 @@ def unexplained(selection: Selection) -> Unexplained | None:
         return leaps
     after = selection.structure_after
     had, has = selection.calibrated.mean_square, selection.final.mean_square
+    sensors = all(EFFECTS[c.effect].stage == 'sensor' for c in selection.chosen)
     left: dict[str, float] = {}
     for name, s in after.items():
         missed = has[name] - s.noise.sigma**2
         # Beyond the noise it is real even where no regularity predicts it; far beyond, even where none is found.
         beyond = missed / s.noise.sigma**2
         if (s.significant and (s.confirmed or beyond > _BEYOND)) or beyond > _FAR_BEYOND:
-            left[name] = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
+            share = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
+            if share >= (_STILL_PLAIN if sensors or beyond > _PLAIN else _STILL):
+                left[name] = share
     channel = max(left, key=lambda name: left[name], default=None)
-    sensors = all(EFFECTS[c.effect].stage == 'sensor' for c in selection.chosen)
-    if channel is None or left[channel] < (_BY_SENSORS if sensors else _STILL):
+    if channel is None:
         wandering = shared.wandering(selection)
         return wandering if wandering is not None and wandering.share >= _STILL else None
     share = left[channel]

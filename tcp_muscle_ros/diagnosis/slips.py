@@ -19,6 +19,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.plausibility import distance
 
 EFFECT = 'torsional_leakage'
+STICKS = 'friction'
 # Slips that are too small to be seen, or fall together with an input's step, show as a drift.
 INSTEAD = (EFFECT, 'displacement_drift')
 RATE, FROM = f'{EFFECT}.r', f'{EFFECT}.Dc'
@@ -44,7 +45,9 @@ def slipping(fitted: Fit) -> bool:
 
 
 def slipped(fitted: Fit) -> Fit | None:
-    """The same fit with the slips that it leaves, or None where it shows none."""
+    """The same fit with the slips that it leaves, or None where it shows none, or where what sticks slips."""
+    if STICKS in fitted.problem.parameters.effects:
+        return None
     found = _found(fitted, _CLEAR, _APART, (_REACH,))
     if not (_lengthening(found) and _several(fitted, found)):
         return None

@@ -118,3 +118,11 @@ def test_what_falls_steeply_after_a_switch_does_not_slip(calibrated):
     first = replace(first, observed={**first.observed, 'displacement': replace(seen, value=seen.value + away)})
     changed = refitted(calibrated, replace(calibrated.problem, experiments=(first, *others)))
     assert slipped(changed) is None
+
+
+def test_what_sticks_slips_by_itself(calibrated):
+    between, _ = calm(calibrated)
+    changed = stepped(calibrated, [(at, -0.4e-3) for at in between[:3]])
+    assert slipped(changed) is not None
+    sticking = changed.problem.parameters.with_effects('friction').replace({'friction.Ff': 1e-4})
+    assert slipped(refitted(changed, replace(changed.problem, parameters=sticking))) is None
