@@ -87,6 +87,15 @@ def test_what_a_sensor_leaves_is_unexplained_where_its_fault_would_have_left_not
 
 
 @pytest.mark.slow
+def test_what_a_stand_in_leaves_is_unexplained_where_it_is_plain_beside_the_noise(diagnosed):
+    """A stroke that comes late passes for a hysteresis, which leaves a sixth of the misfit: 24 times the noise."""
+    found = diagnosed(0, 'unlisted', 'slow_stroke', 21, 'varied', most=1000)
+    assert found.findings
+    assert found.unexplained.channel == 'displacement'
+    assert 0.06 < found.unexplained.share < 0.2
+
+
+@pytest.mark.slow
 def test_what_the_misfit_of_another_effect_shows_as_slips_is_no_slip(diagnosed):
     found = diagnosed(76, 'single', 'shear_softening', 701)
     assert [f.effect for f in found.findings] == ['shear_softening']
