@@ -35,6 +35,8 @@ def noise_of(channel: Channel) -> float:
     value = channel.value
     begins = np.concatenate([[True], np.diff(value) != 0.0]) if value.size else np.zeros(0, dtype=bool)
     lasts = np.diff(np.append(np.flatnonzero(begins), value.size))
+    if np.count_nonzero(lasts < _STUCK) < _FEWEST:
+        return 0.0
     read = np.repeat(lasts < _STUCK, lasts)
     bend, seen = np.diff(value, 2), read[2:] & read[1:-1] & read[:-2]
     high = np.abs(value[1:-1]) >= 0.5 * np.max(np.abs(value), initial=0.0)

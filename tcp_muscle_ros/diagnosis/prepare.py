@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.blocks import averaged, coarsened, hold, instants_of, switches
+from tcp_muscle_ros.diagnosis.blocks import averaged, changes, coarsened, hold, instants_of, switches
 from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment, Imposed, Observed
 from tcp_muscle_ros.diagnosis.holding import Conditions, holding_of, number
 from tcp_muscle_ros.diagnosis.input_noise import held, quiet
@@ -15,6 +15,7 @@ from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recor
 
 _LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
 _AIR = 10.0  # K: within which rooms are
+_SELDOM = 0.01  # of the samples: an input that changes no more often is constant between its steps
 
 
 def prepare(
@@ -101,6 +102,8 @@ def _held(recording: Recording, kind: str, current: Channel) -> tuple[str, Chann
     between two samples too."""
     voltage = recording.channels.get('voltage')
     if kind != 'current' or current.name != 'current' or voltage is None or len(voltage) < 2:
+        return kind, current
+    if changes(current).size <= _SELDOM * len(current):
         return kind, current
     power = Channel('power', current.time, current.value * _beside(voltage, current.time), current.topic)
     found = (current, power, voltage)
