@@ -141,18 +141,18 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
     segment = np.searchsorted(np.union1d(_edges(drive, time.size), steps), time, side='right')
     first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
     position = np.arange(time.size) - np.repeat(first, np.diff(np.append(first, time.size)))
-    quick = max(1, round(_QUICK / max(float(np.median(np.diff(time))), 1e-9)))
+    period = float(np.median(np.diff(time)))
+    quick = max(1, round(_QUICK / max(period, 1e-9)))
     begins = (position % np.where(ringing, quick, width) == 0)[1:] | np.diff(ringing) | (np.diff(segment) != 0)
     label = np.cumsum(np.concatenate([[0], begins]))
     count = np.bincount(label).astype(float)
     means = np.bincount(label, time) / count, np.bincount(label, value) / count
-    begins = np.concatenate([[True], begins])
     return Observed(
         *means,
         count,
         np.bincount(label, swinging) > 0.0 if moves else None,
-        spacing=float(np.median(np.diff(time))),
-        stretch=segment[begins],
+        spacing=period,
+        stretch=segment[np.append(0, np.flatnonzero(begins) + 1)],
     )
 
 
