@@ -20,8 +20,8 @@ def bends(drive: Array, load: Array) -> tuple[Mask, Mask]:
 
 def weights(time: Array, corner: Mask, jump: Mask, at: Array) -> tuple[Places, Array]:
     """Places in ``time`` and the weights by which values there sum up to that at each instant ``at``, shape (m, 4)."""
-    begins = np.flatnonzero(np.append(True, corner[1:]))
-    stretch = np.cumsum(np.append(True, corner[1:])) - 1
+    starts = np.append(True, corner[1:])
+    begins, stretch = np.flatnonzero(starts), np.cumsum(starts) - 1
     ends = np.append(begins[1:] - jump[begins[1:]], time.size - 1)  # a corner ends what it begins, a jump does not
     inside = np.clip(at, time[0], time[-1])
     left = np.minimum(np.searchsorted(time, inside, side='right') - 1, time.size - 1)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import savgol_filter
 
+from tcp_muscle_ros.diagnosis.noise import sigma_of_bends
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.recording import Channel
 
@@ -47,7 +48,7 @@ def _white(bend: Array) -> float:
     """Standard deviation of the white noise that has these second differences; 0 where they are not of such."""
     if bend.size < _FEWEST or np.mean(bend[1:] * bend[:-1] < 0.0) <= _FLIPS:
         return 0.0
-    return float(1.4826 * np.median(np.abs(bend)) / np.sqrt(6.0))
+    return sigma_of_bends(bend)
 
 
 def quiet(channel: Channel, span: float | None = None) -> tuple[Channel, float]:

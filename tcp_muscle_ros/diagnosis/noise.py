@@ -30,9 +30,12 @@ def white_sigma(value: Array) -> float:
     """
     if value.size < 4:
         return 0.0
-    second = np.diff(value, 2)
-    spread = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
-    return float(max(spread, quantum(value) / np.sqrt(12.0)))
+    return max(sigma_of_bends(np.diff(value, 2)), quantum(value) / float(np.sqrt(12.0)))
+
+
+def sigma_of_bends(second: Array) -> float:
+    """Standard deviation of the white noise that has these second differences, robust against edges."""
+    return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0))
 
 
 def quantum(value: Array) -> float:

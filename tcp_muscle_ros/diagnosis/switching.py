@@ -6,7 +6,7 @@ and every switch falls between its two samples, as it must, they are moved to wh
 beside which samples of the drive were lost, or that alone came just after a sample.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +27,8 @@ _NEARLY_ALL = 0.8  # of the switches lie between their samples
 _LATE = 0.15  # of a period, that they are at least on average
 _ODD = 8.0  # times what others scatter by: whatever physics does at a switch, it does at each
 
+_Judge = Callable[[Fit, Array, Array], Array | None]
+
 
 def settled(experiments: Sequence[Experiment], fitted: Fit) -> tuple[Experiment, ...] | None:
     """The experiments with the drive switched when all channels see it, or None where that is not what is left of them.
@@ -34,11 +36,16 @@ def settled(experiments: Sequence[Experiment], fitted: Fit) -> tuple[Experiment,
     ``fitted``: the fit that leaves it. The switches of a recording are found from all of it; first those beside which
     samples were lost.
     """
+    wanted: list[tuple[str, int, list[Array], _Judge]] = [
+        (name, fewest, spans, judge)
+        for name, fewest, judge in (('lost', 1, _plain), ('switches', _FEWEST, _all_or_odd))
+        for spans in [[getattr(e.imposed, name) for e in experiments]]
+        if fewest <= sum(map(len, spans)) <= _MOST
+    ]
+    if not wanted:
+        return None
     fitted = with_noise(fitted, {name: s.noise for name, s in structures(fitted).items()})
-    for name, fewest, judge in (('lost', 1, _plain), ('switches', _FEWEST, _all_or_odd)):
-        spans: list[Array] = [getattr(e.imposed, name) for e in experiments]
-        if not fewest <= sum(map(len, spans)) <= _MOST:
-            continue
+    for name, fewest, spans, judge in wanted:
         columns, target = _late(fitted, spans)
         seen = np.any(columns, axis=0)
         if np.count_nonzero(seen) < fewest:
