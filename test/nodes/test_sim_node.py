@@ -250,8 +250,10 @@ def test_the_slowest_and_the_fastest_rate(bench, rate):
 def test_as_fast_as_it_can_is_faster_than_real_time_and_carries_the_clock(bench):
     clock = bench.listen('/clock', Clock, depth=1)
     sim = Muscles(bench, 'hurried', numbers=(), real_time_factor=0.0).speaking()
-    bench.until(lambda: stamp(sim.joints.last) > 30e9, 'no hurry')
-    (begun, early), (ended, late) = sim.joints[0], sim.joints[-1]
+    # From the first message heard on: how far the simulation had come by then is the machine's affair.
+    begun, early = sim.joints[0]
+    bench.until(lambda: stamp(sim.joints.last) > stamp(early) + 30e9, 'no hurry')
+    ended, late = sim.joints[-1]
     assert (stamp(late) - stamp(early)) * 1e-9 > 2.0 * (ended - begun)
     assert stamp(early) % 10_000_000 == 0 and clock.last.clock.sec >= 29
     sim.end()
@@ -264,7 +266,7 @@ def test_the_seed_alone_decides_the_noise(bench):
             bench, namespace, numbers=('displacement',), real_time_factor=5.0, seed=seed, temperature_noise_k=0.5,
             displacement_noise_m=1e-4, displacement_quantum_m=1e-5, force_lag_s=0.1,
         ).speaking()  # fmt: skip
-        bench.until(lambda: stamp(sim.joints.last) > 15e9, 'too slow')
+        bench.until(lambda: stamp(sim.joints.last) > 30e9, 'too slow')
         sim.end()
         return sim
 
