@@ -11,6 +11,7 @@ from tcp_muscle_ros.recording.cdr import Index
 OTHER_CLOCK_NS = 10_000_000_000  # stamps this far from the log time were made by another clock
 _AT_ONCE = 1_000_000  # messages
 _RHYTHM = 101  # messages over which a topic's rhythm among the ticks is judged
+_ASIDE = 0.2  # of a period: typically nearer to a tick are messages that were published with it
 
 
 def clock_offset(log: Index, stamp: Index) -> int:
@@ -39,17 +40,20 @@ class Ticks:
         one message every tick, or every tenth. Where two messages are nearest to one tick, each message goes to the
         tick that its neighbours' rhythm says, unless that is further than half a period. A tick takes one message, and
         the order of the log stays. Where all was logged at its very stamp, as in what was imported, nothing was on the
-        way, and each log time is the message's own: an input may switch between two samples.
+        way, and each log time is the message's own: an input may switch between two samples. A topic that keeps a
+        rhythm of its own, as a laser beside a slow thermometer, has no ticks: its messages stay at their log times.
         """
         if np.array_equal(self.log, self.stamp):
             return log
-        order = np.argsort(log, kind='stable') if np.any(log[1:] < log[:-1]) else None
+        given, order = log, np.argsort(log, kind='stable') if np.any(log[1:] < log[:-1]) else None
         log = log if order is None else log[order]
         half_period = float(np.median(np.diff(self.stamp))) / 2
         # Some at a time: a long recording's many steps on the way to this would be larger than it is.
         parts = [self._nearest(log[at : at + _AT_ONCE]) for at in range(0, len(log), _AT_ONCE)]
         nearest_tick = tick = np.concatenate([np.empty(0, np.int64), *parts])
         del parts
+        if len(log) and float(np.median(np.abs(self.log[tick] - log))) > 2.0 * _ASIDE * half_period:
+            return given + self.clock_offset
         if np.any(tick[1:] <= tick[:-1]):  # two messages nearest to one tick
             count = np.arange(len(log))
             rhythm = count + median_filter(nearest_tick - count, size=_RHYTHM, mode='reflect')

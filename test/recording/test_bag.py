@@ -105,6 +105,16 @@ def test_a_topic_published_every_tenth_tick_meets_its_ticks(tmp_path):
     np.testing.assert_array_equal(recording['displacement'].time, np.arange(3, 1000, 10) / 100)
 
 
+@pytest.mark.parametrize('period', [20 * MS, 35 * MS, 130 * MS], ids=['laser', 'camera', 'meter'])
+def test_a_topic_that_keeps_a_rhythm_of_its_own_stays_at_its_log_times(tmp_path, period):
+    """Beside a thermometer at 10 Hz, whose stamps are no ticks of theirs: a laser was 40 ms late on average."""
+    rows = [('/temperature', START + k * 100 * MS + 2 * MS, temperature(20, START + k * 100 * MS)) for k in range(200)]
+    logged = START + np.arange(20_000 * MS // period) * period + 1 * MS
+    rows += [('/displacement', int(log), float64(k)) for k, log in enumerate(logged)]
+    recording = read_bag(write_foreign(tmp_path / 'bag', sorted(rows, key=lambda row: row[1])))
+    np.testing.assert_allclose(recording['displacement'].time, (logged - START) / 1e9, atol=1e-12)
+
+
 def test_the_order_of_a_topics_messages_is_never_changed(tmp_path):
     rng, rows = np.random.default_rng(5), []
     arrival = START
