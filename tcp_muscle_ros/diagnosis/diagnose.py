@@ -15,6 +15,7 @@ from tcp_muscle_ros.diagnosis.conclusions import calibrated_values, conclude, su
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.findings import Diagnosis, NotTestable
 from tcp_muscle_ros.diagnosis.fitting import Fit
+from tcp_muscle_ros.diagnosis.room import as_well_as_read
 from tcp_muscle_ros.diagnosis.second_start import select_twice
 from tcp_muscle_ros.diagnosis.selection import Selection
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
@@ -80,11 +81,14 @@ class _Work:
         start = time.monotonic()
         untried = skipped(self.experiments)
         testable = [e for e in EFFECTS if e not in untried]
-        self.selection = select_twice(in_turn(self.calibration.fit), testable, self.progress)
+        self.selection = self._selected(self.calibration, testable)
         if not settled and self._switched(self.selection.final):  # beside effects that hid it
-            self.selection = select_twice(in_turn(self.calibration.fit), testable, self.progress)
+            self.selection = self._selected(self.calibration, testable)
         self.seconds['select'] = time.monotonic() - start
         return conclude(self.selection, self.nominal, untried, self.seconds)
+
+    def _selected(self, calibration: Calibration, testable: Sequence[str]) -> Selection:
+        return select_twice(as_well_as_read(in_turn(calibration.fit)), testable, self.progress)
 
     def _switched(self, fitted: Fit) -> bool:
         """Where a fit shows that the drive switched between two samples of its record: calibrate once more."""

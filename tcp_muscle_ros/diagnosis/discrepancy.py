@@ -18,9 +18,9 @@ from tcp_muscle_ros.muscle.arrays import Array
 def whitening_of(observed: Observed, noise: Noise) -> Callable[[Array], Array]:
     """What makes weighted residuals (m,) or columns (m, n) of a channel white, allowed errors included."""
     white = whitening(observed.time, noise)
-    if observed.discrepancy is None:
+    if observed.ways is None:
         return white
-    ways, sizes, _ = np.linalg.svd(white(observed.discrepancy * observed.weight[:, None]), full_matrices=False)
+    ways, sizes, _ = np.linalg.svd(white(observed.ways * observed.weight[:, None]), full_matrices=False)
     beside_noise = ways * (1.0 - 1.0 / np.sqrt(1.0 + sizes**2))
 
     def allowing(weighted: Array) -> Array:
@@ -32,9 +32,9 @@ def whitening_of(observed: Observed, noise: Noise) -> Callable[[Array], Array]:
 
 def expected(observed: Observed, noise: Noise, left: Array) -> Array:
     """Of residuals (m,), what is most likely an allowed error, given the noise and the errors' sizes."""
-    if observed.discrepancy is None:
+    if observed.ways is None:
         return np.zeros(left.size)
     white = whitening(observed.time, noise)
-    columns = white(observed.discrepancy * observed.weight[:, None])
+    columns = white(observed.ways * observed.weight[:, None])
     normal = columns.T @ columns + np.eye(columns.shape[1])
-    return np.asarray(observed.discrepancy @ np.linalg.solve(normal, columns.T @ white(left * observed.weight)))
+    return np.asarray(observed.ways @ np.linalg.solve(normal, columns.T @ white(left * observed.weight)))

@@ -6,7 +6,6 @@ as a room that is w (T - Tinf) cooler, so that the model needs no other equation
 """
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -14,17 +13,19 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.experiment import Draught, Experiment
 from tcp_muscle_ros.diagnosis.fitting import Fit
 from tcp_muscle_ros.diagnosis.generic import hats
+from tcp_muscle_ros.diagnosis.problem import Shown
+from tcp_muscle_ros.diagnosis.room import knots_of, responses, thermal_lag
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT
 from tcp_muscle_ros.diagnosis.weighing import refitted, settle_noise
 from tcp_muscle_ros.muscle.arrays import Array
 
 EFFECT = 'airflow'
-_APART, _MOST = 4.0, 90  # s between the knots of a course; and how many at most
-_USUAL = 0.5  # the size of w
+_APART, _MOST = 0.125, 400  # thermal time constants between the knots of a course; and how many at most
+_USUAL, _GUST = 0.5, 6.0  # the size of w; s over which it is much the same
 _LEAST = -0.8  # of w: no air is so still that nothing is lost
-_UNSURE = 0.15  # of w, that stays unknown
-_ROUNDS = 4
-_STEP, _WORKERS = 0.05, 2
+_UNSURE, _BLURRED = 0.15, 4.0  # of w, that stays unknown; s over which it is
+_ROUNDS, _STEPS = 2, 3  # how often the responses are computed; steps by one of them
+_COLD = 0.5  # K over the room, below which no draught shows
 
 
 def with_course(fitted: Fit) -> Fit:
@@ -32,10 +33,12 @@ def with_course(fitted: Fit) -> Fit:
     if all(e.draught is not None for e in fitted.problem.experiments):
         return fitted
     gust = tuple(float(z) for z, u in zip(fitted.z, fitted.problem.unknowns, strict=True) if _is_gust(u.name))
-    fitted = _blown(fitted, [_still(e, gust) for e in fitted.problem.experiments])
+    still = [_still(e, _APART * thermal_lag(fitted), gust) for e in fitted.problem.experiments]
+    fitted = _blown(fitted, still)
     for _ in range(_ROUNDS):
-        responses = [_responses(fitted, k) for k in range(len(fitted.problem.experiments))]
-        fitted, _ = settle_noise(_blown(fitted, [_step(fitted, k, mine) for k, mine in enumerate(responses)]), 1)
+        shown = [responses(fitted, k, course.knots) for k, course in enumerate(still)]
+        for _ in range(_STEPS):
+            fitted, _ = settle_noise(_blown(fitted, [_step(fitted, k, mine) for k, mine in enumerate(shown)]), 1)
     return fitted
 
 
@@ -61,32 +64,8 @@ def _blown(fitted: Fit, courses: Sequence[Draught | None]) -> Fit:
     return refitted(fitted, replace(fitted.problem, experiments=experiments))
 
 
-def _knots(experiment: Experiment) -> Array:
-    count = int(np.clip(experiment.duration / _APART, 8, _MOST))
-    return np.linspace(experiment.imposed.time[0], experiment.imposed.time[-1], count)
-
-
-def _still(experiment: Experiment, gust: tuple[float, ...]) -> Draught:
-    return Draught(np.zeros(_knots(experiment).size), np.zeros(experiment.imposed.time.size), gust)
-
-
-def _responses(fitted: Fit, k: int) -> dict[str, Array]:
-    """What w at each knot changes of what one recording shows (SI), by channel, shape (m, knots)."""
-    problem, experiment = fitted.problem, fitted.problem.experiments[k]
-    draught, base, values = experiment.draught, fitted.predictions[k], fitted.values
-    assert draught is not None
-    time, excess = experiment.imposed.time, _excess(fitted, k)
-    knots = _knots(experiment)
-    shapes = hats(time, knots)
-
-    def column(j: int) -> dict[str, Array]:
-        cooler = replace(draught, warmer=draught.warmer - _STEP * shapes[:, j] * excess)
-        experiments = (*problem.experiments[:k], replace(experiment, draught=cooler), *problem.experiments[k + 1 :])
-        return replace(problem, experiments=experiments).predict(values, k)
-
-    with ThreadPoolExecutor(_WORKERS) as pool:
-        moved = list(pool.map(column, range(knots.size)))
-    return {name: np.column_stack([(m[name] - base[name]) / _STEP for m in moved]) for name in base}
+def _still(experiment: Experiment, apart: float, gust: tuple[float, ...]) -> Draught:
+    return Draught(knots_of(experiment, apart, _MOST), np.zeros(experiment.imposed.time.size), gust)
 
 
 def _excess(fitted: Fit, k: int) -> Array:
@@ -96,18 +75,31 @@ def _excess(fitted: Fit, k: int) -> Array:
     return np.asarray(outputs.fibre_temperature - (experiment.imposed.ambient if ambient is None else ambient))
 
 
-def _step(fitted: Fit, k: int, responses: dict[str, Array]) -> Draught:
+def _step(fitted: Fit, k: int, warmer: Shown) -> Draught:
     """The most likely course, in linear approximation."""
     experiment = fitted.problem.experiments[k]
     draught = experiment.draught
     assert draught is not None
-    columns = fitted.problem.columns(responses, k)
-    normal = columns.T @ columns + np.eye(columns.shape[1]) / _USUAL**2
-    pull = columns.T @ fitted.residuals[k] + draught.share / _USUAL**2
-    share = np.maximum(draught.share - np.linalg.solve(normal, pull), _LEAST)
+    time, knots = experiment.imposed.time, draught.knots
+    excess = np.maximum(np.interp(knots, time, _excess(fitted, k)), _COLD)
+    had = -np.interp(knots, time, draught.warmer) / excess
+    shown = {name: -mine * excess for name, mine in warmer.items()}
+    columns, alike = fitted.problem.columns(shown, k), _persisting(knots)
+    pull = columns.T @ fitted.residuals[k] + alike @ had
+    share = np.maximum(had - np.linalg.solve(columns.T @ columns + alike, pull), _LEAST)
+    blurred = hats(knots, knots_of(experiment, max(_BLURRED, knots[1] - knots[0]), _MOST))
     return replace(
         draught,
-        share=share,
-        warmer=-(hats(experiment.imposed.time, _knots(experiment)) @ share) * _excess(fitted, k),
-        unsure={name: _UNSURE * shown for name, shown in responses.items()},
+        warmer=-np.interp(time, knots, share * excess),
+        unsure={name: _UNSURE * (mine @ blurred) for name, mine in shown.items()},
     )
+
+
+def _persisting(knots: Array) -> Array:
+    """The precision of a course that forgets itself within a gust (an Ornstein-Uhlenbeck process), (knots, knots)."""
+    kept = float(np.exp(-(knots[1] - knots[0]) / _GUST))
+    own = np.full(knots.size, 1.0 + kept**2)
+    own[[0, -1]] = 1.0
+    beside = np.full(knots.size - 1, -kept)
+    precision: Array = np.diag(own) + np.diag(beside, 1) + np.diag(beside, -1)
+    return precision / ((1.0 - kept**2) * _USUAL**2)

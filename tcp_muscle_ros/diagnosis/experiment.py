@@ -30,7 +30,8 @@ class Imposed:
     """What was imposed: drive (A, W or V by ``kind``), load (N), ambient (K) at ``time`` (s), each shape (n,).
 
     ``switches``: when a record that samples the drive last showed a level, and first the next one (s), shape (k, 2);
-    ``lost``: the same where samples between the two were lost.
+    ``lost``: the same where samples between the two were lost. ``unsure``: what of the ambient its thermometer does not
+    tell, K.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Imposed:
     ambient: Array
     switches: Array = field(default_factory=lambda: np.empty((0, 2)))
     lost: Array = field(default_factory=lambda: np.empty((0, 2)))
+    unsure: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,8 @@ class Observed:
     ``spacing``: s between these samples; ``stretch``: which stretch without a step of an input each value lies in,
     shape (m,), None where nothing was averaged.
     ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them; ``calm``: what these weigh.
-    ``discrepancy``: ways in which the model may err here, each a column as large (SI) as it usually does, shape (m, n).
+    ``discrepancy``: ways in which the model may err here, each a column as large (SI) as it usually does, shape (m, n);
+    ``unsure``: the same of what was imposed.
     """
 
     time: Array
@@ -71,6 +74,13 @@ class Observed:
     discrepancy: Array | None = None
     spacing: float = 0.0
     stretch: Array | None = None
+    unsure: Array | None = None
+
+    @cached_property
+    def ways(self) -> Array | None:
+        """All in which the model may err here, shape (m, n); None: none."""
+        known = [columns for columns in (self.discrepancy, self.unsure) if columns is not None]
+        return np.hstack(known) if known else None
 
     def averaged(self, shown: Array) -> Array:
         """What the mean over each block is where ``shown`` is what a model shows in its middle, both shape (m,).
@@ -115,28 +125,18 @@ class Observed:
 
     def only(self, keep: Mask) -> 'Observed':
         """Some of the values."""
-        swinging = None if self.swinging is None else self.swinging[keep]
-        discrepancy = None if self.discrepancy is None else self.discrepancy[keep]
-        stretch = None if self.stretch is None else self.stretch[keep]
-        return Observed(
-            self.time[keep],
-            self.value[keep],
-            self.count[keep],
-            swinging,
-            self.calm,
-            discrepancy,
-            self.spacing,
-            stretch,
-        )
+        each = ('time', 'value', 'count', 'swinging', 'discrepancy', 'stretch', 'unsure')
+        kept = {name: getattr(self, name) for name in each if getattr(self, name) is not None}
+        return replace(self, **{name: entry[keep] for name, entry in kept.items()})
 
 
 @dataclass(frozen=True)
 class Draught:
-    """The course of a draught: ``share``, by which it raises the conductance, shape (knots,); ``warmer``, the change of
-    the room (K) that takes as much heat, shape as ``Imposed.time``; ``gust``: how it was described before; ``unsure``:
-    by channel, how what stays unknown of it shows (SI), one column each."""
+    """The course of a draught, known at the ``knots`` (s): ``warmer``, the change of the room (K) that takes as much
+    heat, shape as ``Imposed.time``; ``gust``: how it was described before; ``unsure``: by channel, how what stays
+    unknown of it shows (SI), one column each."""
 
-    share: Array
+    knots: Array
     warmer: Array
     gust: tuple[float, ...] = ()
     unsure: Mapping[str, Array] = field(default_factory=dict)

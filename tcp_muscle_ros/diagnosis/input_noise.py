@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import UnivariateSpline
 from scipy.signal import savgol_filter
 
-from tcp_muscle_ros.diagnosis.noise import sigma_of_bends
+from tcp_muscle_ros.diagnosis.noise import quantum, sigma_of_bends
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.recording import Channel
 
@@ -22,8 +23,11 @@ _FLIPS = 0.6  # of the second differences' signs: 0.73 of white noise, 0 of what
 _STEP = 6.0  # standard deviations from one sample to the next
 _SCATTER = 1.5  # of the noise: more about its mean is not constant
 _PARTS, _SURE = 8, 4.0  # of a constant stretch, whose means differ by no more standard deviations
-_WIDTHS = (5, 9, 17, 33, 65, 129)  # samples over which what is not constant is averaged
+_WIDTHS = (9, 17, 33, 65, 129, 257)  # samples over which what is not constant is averaged, by cubics
+_AVERAGED = 1.5  # times the noise over the root of that many samples: what is left in the middle of a cubic
 _STEADIER, _DUST = 0.2, 1e-6  # so many fewer changes are no chance; and of the span: no change
+_COARSEST = 0.3  # K, of a thermometer's steps; larger ones are the room's
+_UNSURE = 0.3  # of the noise and the steps, that a smooth course does not tell
 _ALIKE = 3.0  # standard deviations: by more a wider mean differs from a narrower one where the input bends
 
 
@@ -51,18 +55,31 @@ def _white(bend: Array) -> float:
     return sigma_of_bends(bend)
 
 
-def quiet(channel: Channel, span: float | None = None) -> tuple[Channel, float]:
+def quiet(channel: Channel) -> tuple[Channel, float]:
     """An input without the noise of its instrument, and the standard deviation of that; 0 where it is as it was.
 
-    ``span``: of what it measures, default that of its values. Noise beyond a hundredth of it may have been imposed.
+    Noise beyond a hundredth of its span may have been imposed.
     """
     sigma = noise_of(channel)
-    span = float(np.ptp(channel.value)) if span is None else span
-    if not 0.0 < sigma <= _MOST * span:
+    if not 0.0 < sigma <= _MOST * float(np.ptp(channel.value)):
         return channel, 0.0
     steps = np.flatnonzero(np.abs(np.diff(channel.value)) > _STEP * np.sqrt(2.0) * sigma) + 1
     parts = [_quiet(part, sigma) for part in np.split(channel.value, steps)]
     return replace(channel, value=np.concatenate(parts)), sigma
+
+
+def still_air(channel: Channel) -> tuple[Channel, float]:
+    """A room's temperature as smooth as the noise and the steps of its thermometer allow, and how sure it is then (K).
+
+    Air that the thermometer reads to a tenth of a kelvin does not change by tenths.
+    """
+    step, sigma = quantum(channel.value), noise_of(channel)
+    if 0.0 < step <= _COARSEST:  # the median of such second differences is a step, or none
+        sigma = max(step / np.sqrt(12.0), float(np.sqrt(np.mean(np.diff(channel.value, 2) ** 2) / 6.0)))
+    if sigma == 0.0:
+        return channel, 0.0
+    spline = UnivariateSpline(channel.time, channel.value, s=channel.value.size * sigma**2)
+    return replace(channel, value=np.asarray(spline(channel.time))), _UNSURE * sigma
 
 
 def held(candidates: Sequence[Channel]) -> int:
@@ -75,18 +92,18 @@ def held(candidates: Sequence[Channel]) -> int:
 
 
 def _quiet(part: Array, sigma: float) -> Array:
-    """Of a stretch without a step: its mean, if it is constant, else means as wide as it is straight."""
+    """Of a stretch without a step: its mean, if it is constant, else means as wide as it is a cubic."""
     if part.size < 3:
         return part
     if _constant(part, sigma):
         return np.full(part.size, np.mean(part))
-    found, width, follows = part, 1, np.ones(part.size, dtype=bool)
+    found, left, follows = part, sigma, np.ones(part.size, dtype=bool)
     for wider in _WIDTHS:
         if wider > part.size:
             break
-        mean = savgol_filter(part, wider, 1)
-        follows &= np.abs(mean - found) <= _ALIKE * sigma / np.sqrt(width)
-        found, width = np.where(follows, mean, found), wider
+        mean = savgol_filter(part, wider, 3)
+        follows &= np.abs(mean - found) <= _ALIKE * left
+        found, left = np.where(follows, mean, found), _AVERAGED * sigma / np.sqrt(wider)
     return found
 
 

@@ -7,14 +7,13 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.blocks import averaged, changes, coarsened, hold, instants_of, switches
 from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment, Imposed, Observed
 from tcp_muscle_ros.diagnosis.holding import Conditions, holding_of, number
-from tcp_muscle_ros.diagnosis.input_noise import held, quiet
+from tcp_muscle_ros.diagnosis.input_noise import held, quiet, still_air
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import KINDS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recording, shared
 
 _LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
-_AIR = 10.0  # K: within which rooms are
 _SELDOM = 0.01  # of the samples: an input that changes no more often is constant between its steps
 
 
@@ -57,9 +56,9 @@ def prepare(
             notes.append(
                 f'the noise of the {kind} was averaged out between its steps: {noise:.2g} {CHANNELS[kind].unit}'
             )
-    ambient = recording.channels.get('ambient')
+    ambient, unsure = recording.channels.get('ambient'), 0.0
     if ambient is not None:
-        ambient, _ = quiet(ambient, _AIR)
+        ambient, unsure = still_air(ambient)
     still = number(recording.known.get('ambient_c'), 273.15)
     if still is None:
         still = conditions.ambient if conditions.ambient is not None else nominal['T0']
@@ -73,13 +72,16 @@ def prepare(
         made = averaged(channel, drive, load, most, start)
         blocks[name] = replace(made, time=shared(made.time, (other.time for other in blocks.values())))
     grid = instants_of([channel.time for channel in blocks.values()], drive, load, start, end)
+    between, lost = (found[(found[:, 0] >= start) & (found[:, 1] <= end)] for found in (between, lost))
     imposed = Imposed(
         kind,
         grid,
         hold(drive, grid),
         np.maximum(hold(load, grid), 0.0) if isinstance(load, Channel) else np.full(grid.size, load),
         hold(ambient, grid) if ambient is not None and len(ambient) else np.full(grid.size, still),
-        *(found[(found[:, 0] >= start) & (found[:, 1] <= end)] for found in (between, lost)),
+        between,
+        lost,
+        unsure,
     )
     return Experiment(recording.path, imposed, holding, blocks, known, tuple(notes))
 

@@ -9,6 +9,7 @@ from tcp_muscle_ros.diagnosis.candidates import PER_PARAMETER, Candidate, with_e
 from tcp_muscle_ros.diagnosis.fitting import Fit, fit, slopes
 from tcp_muscle_ros.diagnosis.weighing import robust_noise, structures, with_noise
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
+from tcp_muscle_ros.muscle.arrays import Array
 
 SHORTLIST = 6
 # Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.
@@ -21,6 +22,8 @@ CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once m
 # Times its usual strength: farther off is hardly ever a sensor that works; and beyond any that is in use.
 _FAR, _BEYOND_USE = 2.5, 10.0
 _FAINT = 0.1  # of its usual strength: less, or the other way round, is hardly what is known of the fibre
+# Of it: so little is none. A sensor or a room: the log knows its instants and inputs no better; physics of the fibre.
+_NOTHING, _HARDLY = 0.05, 0.02
 _NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from its middle
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 # Of the best rival's drop: a model that misses so much more is beaten; by what differs from recording to recording, and
@@ -121,8 +124,12 @@ def rivals_for(
 
 
 def begins(rival: Rival) -> bool:
-    """Whether the muscle crosses, or nearly, what the effect needs it to cross: else it is another one in disguise."""
-    for row in EFFECTS[rival.effect].fitted:
+    """Whether it is there at all, not next to nothing; and what the effect needs to be crossed, the muscle crosses or
+    nearly. Else it is another one in disguise."""
+    definition = EFFECTS[rival.effect]
+    if _largest(rival) < (_NOTHING if definition.circumstance or definition.stage == 'sensor' else _HARDLY):
+        return False
+    for row in definition.fitted:
         if row.crossed:
             shown = np.concatenate([getattr(o, row.crossed) for o in rival.fit.outputs])
             middle, reach = 0.5 * (shown.max() + shown.min()), 0.5 * (shown.max() - shown.min())
@@ -201,11 +208,20 @@ def _beyond_belief(rival: Rival) -> bool:
 def times_usual(rival: Rival) -> float:
     """Of an effect, in the strength that it usually has; of a circumstance, which has no usual sign, the size (the
     median of its recordings)."""
+    strengths = _strengths(rival)
+    if own(rival):
+        return float(np.median(np.abs(strengths)))
+    return float(abs(strengths[0]) if EFFECTS[rival.effect].circumstance else strengths[0])
+
+
+def _largest(rival: Rival) -> float:
+    """The size of it in the recording that shows it most."""
+    return float(np.max(np.abs(_strengths(rival))))
+
+
+def _strengths(rival: Rival) -> Array:
+    """In each recording, or in all alike, in the strength that it usually has."""
     definition = EFFECTS[rival.effect]
     key = f'{rival.effect}.{definition.strength}'
-    usual = SPECIFICATIONS[key].value - definition.none
-    if own(rival):
-        each = [abs(value - definition.none) for (name, _), value in rival.fit.values.items() if name == key]
-        return float(np.median(each)) / abs(usual)
-    strength = (rival.fit.muscle[key] - definition.none) / usual
-    return abs(strength) if definition.circumstance else strength
+    each = [value for (name, _), value in rival.fit.values.items() if name == key] if own(rival) else []
+    return (np.array(each or [rival.fit.muscle[key]]) - definition.none) / (SPECIFICATIONS[key].value - definition.none)

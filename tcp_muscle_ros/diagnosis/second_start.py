@@ -1,7 +1,8 @@
-"""A second start, from two effects at once.
+"""A second start, from two effects at once, or without sudden slips.
 
 Effects that are added one at a time miss two of which neither helps much alone, and begin with a stand-in for both.
-Where the search ends with something unexplained, it is begun anew from the best pair.
+Where the search ends with something unexplained, it is begun anew from the best pair; where it ended with slips alone,
+without them.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,15 +28,19 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
     The second counts if it leaves half as much, by effects that hold like all others.
     """
     found = select(calibrated, effects, progress)
-    left = unexplained(found)
-    sudden = found.leapt is not None or slips.slipping(found.final)
-    if left is None or sudden or SWINGS in found.final.problem.parameters.effects:
+    left = unexplained(found.told)
+    if left is None or found.leapt is not None or SWINGS in found.final.problem.parameters.effects:
         return found
-    pair = _best_pair(found, effects, progress)
-    if pair is None or penalised(found.final) - pair.score < _PROMISES:
+    if not slips.slipping(found.final):
+        pair = _best_pair(found, effects, progress)
+        if pair is None or penalised(found.final) - pair.score < _PROMISES:
+            return found
+        again = select_from(pair.fit, calibrated, effects, progress)
+    elif len(found.chosen) == 1:
+        again = select(calibrated, [e for e in effects if e != slips.EFFECT], progress)
+    else:
         return found
-    again = select_from(pair.fit, calibrated, effects, progress)
-    still = unexplained(again)
+    still = unexplained(again.told)
     if not again.chosen or (still and still.share > _LEFT * left.share) or not _better(again.final, found.final):
         return found
     return replace(again, first=found.first)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis import slips
+from tcp_muscle_ros.diagnosis import draught, slips
 from tcp_muscle_ros.diagnosis.companions import companions, stand_ins
 from tcp_muscle_ros.diagnosis.company import (
     OF_REST_AT_FIRST,
@@ -78,6 +78,14 @@ class Selection:
     first: Picked
     other_conditions: bool = True
     leapt: Fit | None = None
+
+    @property
+    def told(self) -> 'Selection':
+        """The same with the course of the draught where one is named: what remains then calls for another effect."""
+        if all(c.effect != draught.EFFECT for c in self.chosen):
+            return self
+        final, structure = settle_noise(draught.with_course(self.final), 1)
+        return replace(self, final=final, structure_after=structure)
 
 
 def select(
@@ -191,11 +199,11 @@ def _beside(
         pool = [e for e in effects if e not in (*accepted, SWINGS) and EFFECTS[e].stage != hidden]
         found = companions(present, accepted, pool, calibrated, most, progress)
         present, contests, standing = found.fit, contests | found.contests, standing | found.standing
+        refuted, without = stand_ins(present, accepted) if found.contests else ([], present)
         accepted = [*accepted, *found.contests]
         found_structure = structures(present)
         if not found.other_conditions:
             kept_back = stretches(present.problem)
-        refuted, without = stand_ins(present, accepted) if found.contests else ([], present)
         if refuted:
             present, accepted, contests = _without(refuted, without, accepted, contests, progress)
             present = settle_noise(present, 1)[0]

@@ -8,7 +8,7 @@ from diagnosis import truth
 
 from tcp_muscle_ros.diagnosis import prepare as prepare_module
 from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.input_noise import held, noise_of, quiet
+from tcp_muscle_ros.diagnosis.input_noise import held, noise_of, quiet, still_air
 from tcp_muscle_ros.diagnosis.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.recording import Channel
@@ -39,6 +39,34 @@ def test_a_ramp_keeps_its_slope_and_its_tip():
     assert np.std(error) < 0.35 * SIGMA
     assert np.quantile(np.abs(error), 0.99) < SIGMA
     assert np.max(np.abs(error)) < 5.0 * SIGMA
+
+
+SLOWLY = np.arange(0.0, 350.0, 2.0)
+RELAXING = 296.0 + 1.5 * (1.0 - np.exp(-SLOWLY / 150.0))
+
+
+def room(values):
+    return Channel('ambient', SLOWLY, values, 'ambient_temperature')
+
+
+@pytest.mark.parametrize(('step', 'noise'), [(0.1, 0.04), (0.1, 0.0), (0.0, 0.05)], ids=['both', 'steps', 'noise'])
+def test_air_does_not_change_by_what_its_thermometer_adds(step, noise):
+    read_as = RELAXING + noise * np.random.default_rng(8).standard_normal(SLOWLY.size)
+    read_as = np.round(read_as / step) * step if step else read_as
+    found, unsure = still_air(room(read_as))
+    left = np.sqrt(np.mean((found.value - RELAXING) ** 2))
+    assert left < 0.5 * np.sqrt(np.mean((read_as - RELAXING) ** 2))
+    assert 0.2 * unsure < left < 2.0 * unsure
+
+
+@pytest.mark.parametrize(
+    'exact',
+    [RELAXING, np.full(SLOWLY.size, 296.0), np.where(SLOWLY > 100.0, 301.0, 296.0)],
+    ids=['smooth', 'still', 'step'],
+)
+def test_an_exact_room_stays_bit_for_bit(exact):
+    channel = room(exact)
+    assert still_air(channel) == (channel, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -131,6 +131,13 @@ def test_the_course_of_gusts_is_inferred_where_one_gust_is_not_the_weather(tmp_p
 
 
 @pytest.mark.slow
+def test_what_stands_beside_gusts_shows_once_their_course_is_known(diagnosed):
+    """The gusts leave ninety times the noise, in which the coil's contact is nothing; their course leaves the noise."""
+    found = diagnosed(174, 'double', '', 1009)
+    assert {f.effect for f in found.findings} == {'airflow', 'coil_contact'}
+
+
+@pytest.mark.slow
 def test_one_swing_above_the_unloaded_length_does_not_spoil_the_phase_of_the_others(tmp_path):
     """The generator's coil pushes as it pulls."""
 

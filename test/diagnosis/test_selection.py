@@ -168,6 +168,18 @@ def test_what_begins_where_the_muscle_never_was_is_another_effect_in_disguise(so
     assert begins(as_rival(softened, 'creep', 1000.0, J=0.2))  # needs nothing to be crossed
 
 
+def test_a_sensor_that_is_next_to_right_and_a_room_next_to_still_have_no_name(softened):
+    """Less than a twentieth of what is usual; physics may be fainter, to a fiftieth."""
+    for effect, usual, hardly in (
+        ('temperature_offset', {'o': 0.5}, {'o': 0.005}),
+        ('airflow', {'g': 0.3}, {'g': 0.002}),
+    ):
+        assert begins(as_rival(softened, effect, 1000.0, **usual))
+        assert not begins(as_rival(softened, effect, 1000.0, **hardly))
+    assert begins(as_rival(softened, 'shear_softening', 1000.0, b=0.02))
+    assert not begins(as_rival(softened, 'shear_softening', 1000.0, b=0.002))
+
+
 def test_physics_of_a_strength_hardly_known_takes_nearly_all_that_is_left(softened):
     """What the form of a stronger effect leaves looks like that; a sensor may be off by any amount."""
     usual, faint = (as_rival(softened, 'creep', 1000.0, J=j) for j in (0.1, 0.01))
