@@ -56,6 +56,8 @@ def prepare(
             notes.append(
                 f'the noise of the {kind} was averaged out between its steps: {noise:.2g} {CHANNELS[kind].unit}'
             )
+    if kind == 'power':  # what a wattmeter reads below zero is its noise
+        drive = replace(drive, value=np.maximum(drive.value, 0.0))
     ambient, unsure = recording.channels.get('ambient'), 0.0
     if ambient is not None:
         ambient, unsure = still_air(ambient)

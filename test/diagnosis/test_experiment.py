@@ -217,3 +217,12 @@ def test_where_the_source_holds_a_power_that_is_what_drives():
         current=(TIME, CURRENT), voltage=(TIME, CURRENT * out.resistance), displacement=(TIME, out.displacement)
     )
     assert prepare(held, NOMINAL).imposed.kind == 'current'
+
+
+def test_a_wattmeter_that_reads_noise_about_zero_heats_nothing_there():
+    power = np.where(CURRENT > 0.0, 1.2, 0.0)
+    out = simulate(NOMINAL, TIME, power, kind='power', load=np.full(TIME.size, 0.5), starting_load=0.5)
+    read = power + 2e-3 * np.random.default_rng(4).standard_normal(TIME.size)
+    made = recording({'load_n': 0.5}, power=(TIME, read), temperature=(TIME, out.temperature))
+    shown = prepare(made, NOMINAL).predict(NOMINAL)['temperature']
+    assert np.sqrt(np.mean((shown - out.temperature) ** 2)) < 0.05
