@@ -109,9 +109,9 @@ def quick_noise(experiments: Sequence[Experiment]) -> dict[str, Noise]:
     """White noise of each channel, from the recordings' second differences; a small share of the span at least."""
     noise = {}
     for name in sorted({name for e in experiments for name in e.observed}):
-        values = [e.observed[name].value for e in experiments if name in e.observed]
-        span = max(float(np.ptp(v)) for v in values)
-        sigma = float(np.median([white_sigma(v) for v in values]))
+        found = [e.observed[name] for e in experiments if name in e.observed]
+        span = max(float(np.ptp(o.value)) for o in found)
+        sigma = float(np.median([white_sigma(o.value, o.swinging) for o in found]))
         noise[name] = Noise(max(sigma, 1e-4 * span, 1e-9))
     return noise
 

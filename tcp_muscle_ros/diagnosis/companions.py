@@ -9,7 +9,7 @@ from tcp_muscle_ros.diagnosis.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.picking import pick
 from tcp_muscle_ros.diagnosis.rivals import Rival, penalised, shrink, times_usual
-from tcp_muscle_ros.diagnosis.weighing import SWINGS, settle_noise, structures
+from tcp_muscle_ros.diagnosis.weighing import settle_noise, structures
 from tcp_muscle_ros.muscle import EFFECTS
 
 _OF_ALL = 0.01  # of what was missed: less is hardly worth a name, and a form may miss more than is allowed for
@@ -106,9 +106,8 @@ def _bends(rival: Rival) -> bool:
 def _least(rival: Rival) -> float:
     """Of all that was missed, what an effect must take away beside others.
 
-    What changes the stiffness bends to what is left of a swing; beside a draught, whose course is free, no form misses
-    much.
+    Beside a draught, whose course is free, no form misses much.
     """
-    if _bends(rival) or SWINGS in rival.fit.problem.parameters.effects:
+    if _bends(rival):
         return OF_ALL
     return 0.0 if any(e.draught is not None for e in rival.fit.problem.experiments) else _OF_ALL

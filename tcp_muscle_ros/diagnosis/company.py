@@ -68,11 +68,14 @@ def least_of_rest(rival: Rival, usually: float) -> float:
 
 def stands_apart(effect: str, fitted: Fit, accepted: Sequence[str]) -> bool:
     """Whether it is physics of a stage of which nothing was found yet: what a form leaves, effects of its own stage
-    explain best. Circumstances bend to anything, what is left of a swing to much, and any form's rest looks like some
-    physics that is fainter than is known of the fibre."""
+    explain best; an electrical one that no channel of its own shows is but another course of the heat. Circumstances
+    bend to anything, what is left of a swing to much, and any form's rest looks like some physics that is fainter than
+    is known of the fibre."""
     found = {EFFECTS[other].stage for other in accepted if other != effect}
     definition = EFFECTS[effect]
     if definition.stage in found | {'sensor'} or definition.circumstance or SWINGS in accepted:
+        return False
+    if definition.stage == 'electrical' and not any('resistance' in e.observed for e in fitted.problem.experiments):
         return False
     return times_usual(Rival(effect, fitted, 0.0)) >= _FAINT_BESIDE
 
@@ -80,14 +83,17 @@ def stands_apart(effect: str, fitted: Fit, accepted: Sequence[str]) -> bool:
 def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
     """The largest share, over channels, of what one model misses, that an effect takes away from another.
 
-    Channels count in which it takes away something beside the noise; ``robust`` counts what it leaves as noise.
+    Channels count in which it takes away something beside the noise; ``robust`` counts what it leaves as noise. Beside
+    a swing, which is far larger than all else, what is missed while nothing swings.
     """
     shares = []
+    swings = SWINGS in without.problem.parameters.effects
+    missed_of, left_of, leaves = (f.still_square if swings else f.mean_square for f in (missing, without, fitted))
     found = structures(fitted)
     noises = robust_noise(fitted, found) if robust else {name: s.noise for name, s in found.items()}
     for name, noise in noises.items():
-        missed = missing.mean_square[name] - noise.sigma**2
-        drop = without.mean_square[name] - fitted.mean_square[name]
+        missed = missed_of[name] - noise.sigma**2
+        drop = left_of[name] - leaves[name]
         if missed > 0.0 and drop > _TRIFLE * noise.sigma**2:
             shares.append(drop / missed)
     return max(shares, default=0.0)

@@ -5,7 +5,7 @@ one recording; they are updated in between, and outlive the fit, for the next on
 with another noise or with part of the data.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -81,11 +81,16 @@ class Fit:
     @cached_property
     def mean_square(self) -> dict[str, float]:
         """Of what is left, as it weighs (SI squared), by channel."""
-        names = sorted({name for left in self.weighed for name in left})
-        return {
-            name: float(np.mean(np.concatenate([left[name] for left in self.weighed if name in left]) ** 2))
-            for name in names
-        }
+        return _mean_square(self.weighed)
+
+    @cached_property
+    def still_square(self) -> dict[str, float]:
+        """The same of what is left while no weight may swing, where there is such a time."""
+        still = []
+        for experiment, mine in zip(self.problem.experiments, self.weighed, strict=True):
+            moves = {name: experiment.observed[name].swinging for name in mine}
+            still.append({n: x if (m := moves[n]) is None or m.all() else x[~m] for n, x in mine.items()})
+        return _mean_square(still)
 
     @cached_property
     def weighed(self) -> list[dict[str, Array]]:
@@ -120,6 +125,12 @@ class Fit:
         unknown, spread = self.problem.unknowns[k], float(np.hypot(np.sqrt(self.covariance[k, k]), beside))
         low, high = self.z[k] - width * spread, self.z[k] + width * spread
         return unknown.from_fit(float(low)), unknown.from_fit(float(high))
+
+
+def _mean_square(found: Sequence[Mapping[str, Array]]) -> dict[str, float]:
+    """By channel, over all recordings."""
+    names = sorted({name for mine in found for name in mine})
+    return {name: float(np.mean(np.concatenate([mine[name] for mine in found if name in mine]) ** 2)) for name in names}
 
 
 def slopes(problem: Problem, z: Array, base: Sequence[Shown], which: Sequence[int] | None = None) -> list[Shown]:

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 _LARGEST_PHI = 0.98
+_ENOUGH = 50  # bends, by which a noise is known to a tenth or so
 _GAP = 5.0  # intervals: after a longer pause the noise has forgotten
 
 
@@ -23,14 +24,19 @@ class Noise:
     phi: float = 0.0
 
 
-def white_sigma(value: Array) -> float:
+def white_sigma(value: Array, moving: Mask | None = None) -> float:
     """The quick part of the noise, from second differences, robust against edges; quantisation included.
 
-    A channel whose second differences mostly vanish is quantised: its step over sqrt(12) is the least noise.
+    A channel whose second differences mostly vanish is quantised: its step over sqrt(12) is the least noise. Samples
+    while something is ``moving``, as a weight that swings, tell nothing where enough others do.
     """
     if value.size < 4:
         return 0.0
-    return max(sigma_of_bends(np.diff(value, 2)), quantum(value) / float(np.sqrt(12.0)))
+    bends = np.diff(value, 2)
+    if moving is not None:
+        still = ~(moving[2:] | moving[1:-1] | moving[:-2])
+        bends = bends[still] if np.count_nonzero(still) >= _ENOUGH else bends
+    return max(sigma_of_bends(bends), quantum(value) / float(np.sqrt(12.0)))
 
 
 def sigma_of_bends(second: Array) -> float:

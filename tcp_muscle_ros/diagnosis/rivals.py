@@ -24,6 +24,7 @@ _FAR, _BEYOND_USE = 2.5, 10.0
 _FAINT = 0.1  # of its usual strength: less, or the other way round, is hardly what is known of the fibre
 # Of it: so little is none. A sensor or a room: the log knows its instants and inputs no better; physics of the fibre.
 _NOTHING, _HARDLY = 0.05, 0.02
+_END = 1e-4  # relative
 _NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from its middle
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 # Of the best rival's drop: a model that misses so much more is beaten; by what differs from recording to recording, and
@@ -161,7 +162,8 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any ever is, and
     physics as it is known would do), then what acts as it is known to and not the other way round, then what is
     expected of the fibre, then the fewest parameters. In one stage, where form decides, a form with more parameters
-    follows another's by what it may bend: it must be more than alike to win. ``bare`` is the score without any of them.
+    follows another's by what it may bend: it must be more than alike to win. What had to be bent as far as it goes is
+    not alike. ``bare`` is the score without any of them.
     """
     best = min(r.score for r in rivals)
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
@@ -185,13 +187,21 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
     first = min(close, key=order)
     stage = EFFECTS[first.effect].stage
-    alike = [r for r in close_rivals(rivals, bare - best) if EFFECTS[r.effect].stage == stage]
+    alike = [r for r in close_rivals(rivals, bare - best) if EFFECTS[r.effect].stage == stage and not _at_its_end(r)]
     return min([first, *alike], key=order)
 
 
 def own(rival: Rival) -> bool:
     """Whether every recording has its own strength of the effect."""
     return any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
+
+
+def _at_its_end(rival: Rival) -> bool:
+    """Whether a parameter of it is as far as it goes."""
+    bounded = [
+        (u, rival.fit.values[u.key]) for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.')
+    ]
+    return any(np.isclose(value, (u.low, u.high), rtol=_END).any() for u, value in bounded)
 
 
 def _known(rival: Rival) -> bool:

@@ -5,7 +5,7 @@ was and is reported as not fixed, instead of running away.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ _MATERIAL = 0.3  # spread of the logarithm of what differs from one coil to the 
 _ANYWHERE = 50.0  # K, where a recording begins in the middle of something
 # Fixed by the data: the interval is half the prior's at most, and spans less than a factor of two.
 _NARROWED, FACTOR = 0.5, 0.2
+_LONGEST, _SOFTER = 2.0, 0.5  # times its length, which a load stretches no muscle to; of the stiffness as assumed
 _LOG_SPREAD = 1.5  # prior standard deviation of a positive parameter's logarithm: a factor of 4.5 either way
 
 
@@ -112,6 +113,7 @@ def base_unknowns(
         # Without a thermometer all temperatures could be twice as large: what is known of the materials anchors them.
         spread = _MATERIAL if name == 'k0' and 'temperature' not in channels else spread
         unknowns += [positive(nominal, name, owner, spread) for owner in owners]
+    unknowns = [replace(u, low=max(u.low, _softest(experiments, nominal))) if u.name == 'k0' else u for u in unknowns]
     if 'R0' in names:
         row = SPECIFICATIONS['a_R']
         spread = 0.002 if seen_resistance and 'temperature' in channels else 0.5 * _MATERIAL * nominal['a_R']
@@ -127,3 +129,10 @@ def base_unknowns(
         begins = _ANYWHERE if experiment.known.get(RESUMED) else 10.0 if seen else 1.0
         unknowns.append(Unknown(START, still, still - 40.0, still + 150.0, begins, recording=k))
     return unknowns
+
+
+def _softest(experiments: Iterable[Experiment], nominal: Parameters) -> float:
+    """The least stiffness (N/m): with less the load would have drawn the muscle to twice its length, as where it hangs
+    one sees that it does not. Under one load a stroke alone hardly tells."""
+    pulls = [float(np.median(e.imposed.load)) for e in experiments if e.holding.end == 'load']
+    return min(max(pulls, default=0.0) / ((_LONGEST - 1.0) * nominal['H0']), _SOFTER * nominal['k0'])

@@ -1,5 +1,7 @@
 """Calibration: true values found, intervals that hold them, silence where the data fix nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
@@ -8,6 +10,7 @@ from tcp_muscle_ros.diagnosis.calibration import calibrate
 from tcp_muscle_ros.diagnosis.experiment import Experiment, Observed
 from tcp_muscle_ros.diagnosis.holding import Conditions
 from tcp_muscle_ros.diagnosis.prepare import prepare
+from tcp_muscle_ros.diagnosis.unknowns import base_unknowns
 from tcp_muscle_ros.muscle import simulate
 from tcp_muscle_ros.recording.recording import Channel, Recording
 
@@ -46,6 +49,17 @@ def test_stroke_alone_under_power_fixes_the_time_constant_but_not_heat_exchange(
     assert found['C/hA'].value == pytest.approx(TRUE['C'] / TRUE['hA'], rel=0.05)
     for name in ('hA', 'C', 'B', 'k0'):
         assert not found[name].fixed, name
+
+
+def test_no_load_draws_a_muscle_to_more_than_twice_its_length():
+    """Under one load a stroke that stops half way would be that of a muscle a thousand times as soft."""
+    run = experiment(('displacement',), load=0.588)
+    o = run.observed['displacement']
+    stopped = np.minimum(o.value, 0.5 * o.value.max())
+    found = estimates(calibrate([replace(run, observed={'displacement': replace(o, value=stopped)})], NOMINAL))
+    assert found['k0'].value >= 0.588 / NOMINAL['H0'] * (1.0 - 1e-9)
+    soft = NOMINAL.replace(k0=3.0)  # the lab knows its muscle to be soft
+    assert next(u for u in base_unknowns([run], soft) if u.name == 'k0').low == pytest.approx(1.5)
 
 
 def test_parameters_of_single_runs_are_kept_apart():

@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn, quick_noise
 from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, variants, with_effect
-from tcp_muscle_ros.diagnosis.company import good_company, least_of_rest
+from tcp_muscle_ros.diagnosis.company import good_company, least_of_rest, stands_apart
 from tcp_muscle_ros.diagnosis.fitting import fit
 from tcp_muscle_ros.diagnosis.holdout import HeldOut, conditions, improvement, touched
 from tcp_muscle_ros.diagnosis.rivals import Rival, begins, prefer, rivals_for
 from tcp_muscle_ros.diagnosis.selection import select
 from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise, structures
 from tcp_muscle_ros.diagnosis.work import Work
+from tcp_muscle_ros.muscle import SPECIFICATIONS
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
 
@@ -215,6 +216,21 @@ def test_of_two_forms_that_are_alike_the_simpler_is_named(softened):
     assert prefer([flexible, unlike], 11_000.0).effect == 'latent_heat'
 
 
+def test_what_is_bent_as_far_as_it_goes_is_not_alike(softened):
+    flexible = as_rival(softened, 'latent_heat', 1000.0, c=0.02)
+    for eps, named in ((0.1, 'radiation'), (SPECIFICATIONS['radiation.eps'].high, 'latent_heat')):
+        problem = with_effect(softened.problem, Candidate('radiation', {'radiation.eps': eps}, 0.0, 0.0))
+        fitted = fit(problem, np.concatenate([softened.z, problem.start()[softened.z.size :]]), rounds=0)
+        assert prefer([flexible, Rival('radiation', fitted, 1500.0)], 11_000.0).effect == named
+
+
+def test_an_electrical_effect_stands_apart_where_a_resistance_shows_it():
+    for channels, apart in ((CHANNELS, True), (('temperature', 'displacement'), False)):
+        fitted = calibrate([experiment(channels)], NOMINAL).fit
+        shorted = as_rival(fitted, 'contact_shorting', 1000.0, s=0.2).fit
+        assert stands_apart('contact_shorting', shorted, ['exposed_area', 'contact_shorting']) is apart
+
+
 def test_what_has_to_be_crossed_is_tried_where_the_muscle_has_been():
     spans = {'length': (0.12, 0.16), 'fibre_temperature': (296.0, 340.0)}
     contacts = {values['coil_contact.Hc'] for values in variants('coil_contact', 210.0, spans)}
@@ -236,7 +252,7 @@ def test_a_companion_takes_most_of_what_is_left(softened):
 def test_what_a_swing_leaves_does_not_drown_the_rest():
     """Samples in which a weight swings, fifty times as far off as the noise, weigh a fiftieth once that is known."""
     run = experiment(CHANNELS)
-    o, swinging = run.observed['displacement'], np.mod(TIME, 70.0) < 5.0
+    o, swinging = run.observed['displacement'], np.mod(TIME, 70.0) < 40.0
     wild = o.value + np.where(swinging, 50 * 5e-5 * np.sin(20.0 * TIME) * 2**0.5, 0.0)
     swung = replace(run, observed={**run.observed, 'displacement': replace(o, value=wild, swinging=swinging)})
     before = calibrate([swung], NOMINAL).fit
@@ -246,6 +262,10 @@ def test_what_a_swing_leaves_does_not_drown_the_rest():
     assert 1 / 60 < weight[swinging].max() < 1 / 20
     assert after.mean_square['displacement'] < 0.02 * before.mean_square['displacement']
     assert np.all(before.problem.experiments[0].observed['temperature'].weight == 1.0)
+    for noise in (quick_noise([swung]), quick_noise([run])):  # half of all bends may be the swing's
+        assert 4e-5 < noise['displacement'].sigma < 6e-5
+    still = before.left[0]['displacement'][~swinging]
+    assert before.still_square['displacement'] == pytest.approx(np.mean(still**2))
 
 
 def test_fatigue_goes_on_from_one_recording_to_the_next():
