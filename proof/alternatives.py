@@ -140,7 +140,7 @@ def run(
         outcome = RUNNERS[name](case, label)
         write_muscle(out / IMPROVED, outcome.muscle)
         if unseen:
-            runs = [replay(experiment, outcome.muscle) for experiment in unseen]
+            runs = [replay(experiment, outcome.muscle, case.experiments) for experiment in unseen]
             if outcome.correction:
                 runs = [corrected(one, outcome.correction) for one in runs]
             (out / HELD_OUT).write_text(json.dumps(errors(runs)) + '\n', encoding='utf-8')

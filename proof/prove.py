@@ -227,8 +227,9 @@ def _diagnose(bags: Path, reports: Path, most: int, name: str) -> str | None:
 
 def _held_out(bags: Path, unseen: Path, reports: Path, name: str) -> str | None:
     def work() -> None:
-        experiments = experiments_of(unseen / name, Case(bags / name).nominal, QUICK)
-        found = errors([replay(experiment, improved(reports / name)) for experiment in experiments])
+        case = Case(bags / name)
+        experiments = experiments_of(unseen / name, case.nominal, QUICK)
+        found = errors([replay(one, improved(reports / name), case.experiments) for one in experiments])
         (reports / name / HELD_OUT).write_text(json.dumps(found) + '\n', encoding='utf-8')
 
     return _guarded(name, work)

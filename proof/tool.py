@@ -3,7 +3,7 @@
 This and the alternatives are all of the proof that knows the package; what makes recordings and labels does not.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +12,7 @@ import numpy as np
 
 from tcp_muscle_ros.commands.diagnose import prepared
 from tcp_muscle_ros.commands.model_arguments import DEFAULT_SET
-from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, quick_noise
+from tcp_muscle_ros.diagnosis.calibration import Calibration, aged, calibrate, in_turn, quick_noise
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.findings import Diagnosis
@@ -61,8 +61,9 @@ class Case:
 
     @cached_property
     def calibration(self) -> Calibration:
-        """The paper's parameters fitted to them."""
-        return calibrate(self.experiments, self.nominal)
+        """The paper's parameters fitted to them, one after the other."""
+        found = calibrate(self.experiments, self.nominal)
+        return replace(found, fit=in_turn(found.fit))
 
 
 def experiments_of(folder: Path, nominal: Parameters, most: int) -> list[Experiment]:
@@ -108,12 +109,13 @@ class Replayed:
     left: dict[str, np.ndarray]
 
 
-def replay(experiment: Experiment, muscle: Parameters) -> Replayed:
-    """Run a muscle freely under the recorded inputs.
+def replay(experiment: Experiment, muscle: Parameters, before: Sequence[Experiment] = ()) -> Replayed:
+    """Run a muscle freely under the recorded inputs, as old as it is after the recordings ``before``.
 
     Fitted is only what the recording brings of its own: the room, the temperature at the start, the zero of
     displacement and force. They are no property of a muscle.
     """
+    experiment = aged([*before, experiment], [e.outputs(muscle) for e in before])[-1]
     own = tuple(u for u in base_unknowns([experiment], muscle) if u.recording is not None)
     problem = Problem((experiment,), muscle, own, quick_noise([experiment]))
     return replayed(fit(problem, rounds=ROUNDS, tolerance=1e-5), 0)

@@ -6,6 +6,7 @@ colour of what the model leaves over, so that a model that does not fit well doe
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from tcp_muscle_ros.diagnosis.fitting import Fit, fit
 from tcp_muscle_ros.diagnosis.noise import Noise, estimate, white_sigma
 from tcp_muscle_ros.diagnosis.problem import Problem
 from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, FACTOR, START, Unknown, base_unknowns
-from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
+from tcp_muscle_ros.muscle import SPECIFICATIONS, Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects.fatigue import SWING
 
@@ -97,12 +98,19 @@ def calibrate(
 
 def in_turn(fitted: Fit) -> Fit:
     """The same fit of recordings that know how many cycles the muscle went through in those before them, how long."""
-    experiments, cycles, used = [], 0.0, 0.0
-    for experiment, outputs in zip(fitted.problem.experiments, fitted.outputs, strict=True):
-        experiments.append(replace(experiment, cycles=cycles, used=used))
+    experiments = tuple(aged(fitted.problem.experiments, fitted.outputs))
+    return replace(fitted, problem=replace(fitted.problem, experiments=experiments))
+
+
+def aged(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> list[Experiment]:
+    """The recordings of one muscle, one after the other, each knowing how many cycles it went through before, how long;
+    ``outputs`` of each of them, or of all but the last."""
+    found, cycles, used = [], 0.0, 0.0
+    for experiment, shown in zip_longest(experiments, outputs):
+        found.append(replace(experiment, cycles=cycles, used=used))
         used += experiment.duration
-        cycles += float(np.sum(np.abs(np.diff(outputs.fibre_temperature)))) / (2.0 * SWING)
-    return replace(fitted, problem=replace(fitted.problem, experiments=tuple(experiments)))
+        cycles += float(np.sum(np.abs(np.diff(shown.fibre_temperature)))) / (2.0 * SWING) if shown else 0.0
+    return found
 
 
 def quick_noise(experiments: Sequence[Experiment]) -> dict[str, Noise]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from tcp_muscle_ros.diagnosis import shared, slips, sudden
-from tcp_muscle_ros.diagnosis.calibration import unit_of
+from tcp_muscle_ros.diagnosis.calibration import aged, unit_of
 from tcp_muscle_ros.diagnosis.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.company import THRESHOLD
 from tcp_muscle_ros.diagnosis.experiment import Experiment
@@ -309,6 +309,7 @@ def conclude(
         series=_series(selection, nominal),
         notes=(
             *notes(experiments),
+            *_age(selection.final),
             *sudden.notes(selection),
             *shared.notes(selection, remains),
             *_unseen(selection),
@@ -336,6 +337,19 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
             'them'
         )
     return tuple(found)
+
+
+def _age(fitted: Fit) -> tuple[str, ...]:
+    """How old the muscle is now, where it ages: what is written is its age before the first recording."""
+    experiments = fitted.problem.experiments
+    now = replace(fitted.problem, experiments=(aged((*experiments, experiments[0]), fitted.outputs)[-1],))
+    ages = [f'{e}.{EFFECTS[e].age}' for e in fitted.problem.parameters.effects if EFFECTS[e].age]
+    return tuple(
+        f'{name} was {before:.4g} before the first recording and is {now.muscle({}, 0)[name]:.4g} after the last: '
+        f'set it so for the muscle as it is now'
+        for name in ages
+        for before in [fitted.problem.parameters[name]]
+    )
 
 
 def _unseen(selection: Selection) -> tuple[str, ...]:

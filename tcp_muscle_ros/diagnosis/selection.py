@@ -107,12 +107,16 @@ def select(
             return found
     leapt = slips.leapt(bare) if slipped is None else None
     found = _beside(bare, leapt, effects, progress, most)
-    if leapt is not None and found.chosen and slips.leapt(slips.taken_out(found.final)) is None:
-        leapt, found = None, _beside(bare, None, effects, progress, most)
+    clearer = None
+    if leapt is not None and found.chosen:  # what was found may show that they are slips, or that they were its misfit
+        without = slips.taken_out(found.final)
+        clearer = slips.slipped(without)
+        if clearer is None and slips.leapt(without) is None:
+            leapt, found = None, _beside(bare, None, effects, progress, most)
     if found.chosen and leapt is None and not slips.slipping(found.final) and found.final.problem.work.left:
         clearer = slips.slipped(found.final)
-        if clearer is not None:
-            return _among(bare, _with_slips_of(clearer, bare), effects, progress, most)
+    if clearer is not None:
+        return _among(bare, _with_slips_of(clearer, bare), effects, progress, most)
     return replace(found, leapt=leapt)
 
 

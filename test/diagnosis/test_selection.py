@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn, quick_noise
+from tcp_muscle_ros.diagnosis.calibration import aged, calibrate, in_turn, quick_noise
 from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.company import good_company, least_of_rest, stands_apart
 from tcp_muscle_ros.diagnosis.fitting import fit
@@ -285,6 +285,9 @@ def test_fatigue_goes_on_from_one_recording_to_the_next():
     assert best.effect == 'fatigue'
     assert best.fit.muscle['fatigue.c'] == pytest.approx(0.03, rel=0.25)
     assert conditions(fitted.problem)
+    after = aged((*fitted.problem.experiments, runs[0]), fitted.outputs)[-1]
+    assert after.cycles == pytest.approx(cycles[2] + cycles[1], rel=0.25)  # the third is less hot
+    assert after.used == pytest.approx(3.0 * runs[0].duration)
 
 
 @pytest.mark.parametrize(('wear', 'counts'), [(0.0027, True), (0.0012, False)])

@@ -9,7 +9,9 @@ from scipy.signal import lfilter
 pytest.importorskip('pysindy', reason='pysindy and scikit-learn come with requirements/proof.txt')
 
 from proof import alternatives, prove, sparse
-from proof.tool import Case
+from proof.cases import make_case
+from proof.generate import write_case
+from proof.tool import Case, errors, experiments_of, replay
 from proof.whiteness import ljung_box
 from tcp_muscle_ros.muscle import EFFECTS
 
@@ -45,6 +47,17 @@ def test_a_sparse_regression_finds_the_term_that_is_there_and_nothing_in_noise()
     assert [effect for _, effect in found.names()] == ['resistance_strain']
     assert found.weights[list(sparse.ELECTRICAL).index('H/H0')] == pytest.approx(0.8, rel=0.05)
     assert sparse.stage(sparse.ELECTRICAL, silent).names() == []
+
+
+def test_what_is_held_out_of_a_muscle_that_wears_comes_after_what_was_recorded(tmp_path):
+    """Its truth goes on wearing; replayed as when it was new, the true muscle itself would be far off."""
+    made = make_case('development', 5, 0, 'single', 'fatigue')
+    label = write_case(made, tmp_path / 'cases', tmp_path / 'unseen')
+    case = Case(tmp_path / 'cases' / made.name)
+    worn = alternatives.oracle(case, label).muscle
+    (unseen,) = experiments_of(tmp_path / 'unseen' / made.name, case.nominal, case.most)
+    now, new = (errors([replay(unseen, worn, before)])['displacement'] for before in (case.experiments, ()))
+    assert now < 0.5 * new
 
 
 @pytest.fixture(scope='module')
