@@ -197,11 +197,14 @@ def own(rival: Rival) -> bool:
 
 
 def _at_its_end(rival: Rival) -> bool:
-    """Whether a parameter of it is as far as it goes."""
-    bounded = [
-        (u, rival.fit.values[u.key]) for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.')
-    ]
-    return any(np.isclose(value, (u.low, u.high), rtol=_END).any() for u, value in bounded)
+    """Whether a parameter of it is as far as it goes, and not what it usually is there."""
+    values = rival.fit.values
+    bounded = [(u, values[u.key]) for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.')]
+    return any(
+        np.isclose(value, end, rtol=_END) and end != SPECIFICATIONS[u.name].value
+        for u, value in bounded
+        for end in (u.low, u.high)
+    )
 
 
 def _known(rival: Rival) -> bool:

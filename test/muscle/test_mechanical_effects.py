@@ -25,7 +25,8 @@ from scipy.integrate import solve_ivp
 from tcp_muscle_ros.muscle import Parameters, simulate
 
 
-def test_creep_and_viscous_flow_solve_their_equations():
+@pytest.mark.parametrize('n', [1.0, 2.5])
+def test_creep_and_viscous_flow_solve_their_equations(n):
     def creep(t, y, i, load):
         T, xv = y
         wanted = 0.1 * load / stiffness(T)
@@ -38,10 +39,13 @@ def test_creep_and_viscous_flow_solve_their_equations():
 
     def flow(t, y, i, load):
         T, _ = y
-        return [(i**2 * ohms(T) - 0.01933 * (T - 296.15)) / 0.17, 1e-5 * load * exp(0.05 * (T - 333.15))]
+        return [
+            (i**2 * ohms(T) - 0.01933 * (T - 296.15)) / 0.17,
+            1e-5 * load * (load / 0.5) ** (n - 1.0) * exp(0.05 * (T - 333.15)),
+        ]
 
     kelvin, flown = solve(flow, [296.15, 0.0], PULSE_AND_LOAD)
-    run = model('viscous_flow', PULSE_AND_LOAD)
+    run = model('viscous_flow', PULSE_AND_LOAD, {'n': n})
     assert_same(run, kelvin, 0.5884 / 23.0 - expand(kelvin) - load / stiffness(kelvin) - flown)
 
 

@@ -1,8 +1,9 @@
 """M-02 viscous flow: the hot fibre yields under load and does not come back.
 
-    dxf/dt = m F exp(a (T - 60 degC)),   H -> H + xf
+    dxf/dt = m F (F / 0.5 N)^(n - 1) exp(a (T - 60 degC)),   H -> H + xf
 
-The dashpot of a Burgers solid. The rate is held beyond 0 to 120 degC.
+The dashpot of a Burgers solid, n = 1. Polymers under much stress flow faster than in proportion to it (Eyring 1936),
+n > 1, as Norton's law has it. The rate is held beyond 0 to 120 degC.
 """
 
 from math import exp
@@ -13,7 +14,7 @@ from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
 from tcp_muscle_ros.muscle.quantities import CORE_TEMPERATURE, EXTRA, FORCE
 
-_REFERENCE = ZERO_CELSIUS + 60.0
+_REFERENCE, _FORCE = ZERO_CELSIUS + 60.0, 0.5
 
 
 def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
@@ -24,18 +25,22 @@ def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """It flows."""
     within = min(max(q[CORE_TEMPERATURE], DOMAIN_LOW), DOMAIN_HIGH)
-    ds[0] = c[0] * q[FORCE] * exp(c[1] * (within - _REFERENCE))
+    stressed = (q[FORCE] / _FORCE) ** (c[2] - 1.0) if q[FORCE] > 0.0 else 0.0
+    ds[0] = c[0] * q[FORCE] * stressed * exp(c[1] * (within - _REFERENCE))
 
 
 EFFECT = Effect(
     name='viscous_flow',
     row='M-02',
     stage='mechanical',
-    equation='dxf/dt = m F exp(a (T - 60 degC)), H + xf',
-    source='dashpot of a Burgers solid',
+    equation='dxf/dt = m F (F / 0.5 N)^(n - 1) exp(a (T - 60 degC)), H + xf',
+    source='dashpot of a Burgers solid, Norton flow',
     parameters=(
-        Parameter('m', 1e-5, 'm/(N s)', 0.0, 1e-3, 'flow per force at 60 degC', 'estimated: 0.1 to 1 mm in 200 s'),
+        Parameter(
+            'm', 1e-5, 'm/(N s)', 0.0, 1e-3, 'flow per force at 60 degC, 0.5 N', 'estimated: 0.1 to 1 mm in 200 s'
+        ),
         Parameter('a', 0.05, '1/K', 0.0, 0.15, 'rise of the rate with temperature', 'estimated: 0.04 to 0.1 1/K'),
+        Parameter('n', 1.0, '1', 1.0, 6.0, 'power of the force', 'linear; more under much stress (Eyring 1936)'),
     ),
     hooks={'extra': extra, 'rates': rates},
     strength='m',
