@@ -21,6 +21,8 @@ _LEAST_APART = 0.08  # of that, where an effect stands apart
 OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
 # One that is fainter than such a share of its usual strength, or the other way round, takes nearly all of it.
 _FAINT_BESIDE, _NEARLY_ALL = 0.15, 0.85
+# Channels that show a stage; what the end does shows all that is mechanical, for want of anything else.
+_SHOWN_BY = {'thermal': {'temperature', 'resistance'}, 'electrical': {'resistance'}}
 _TRIFLE = 0.1  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
 
@@ -61,21 +63,27 @@ def good_company(
 
 def least_of_rest(rival: Rival, usually: float) -> float:
     """Of what is left, what an effect must take beside others: ``usually``, or nearly all where it is physics of a
-    strength that is hardly known of the fibre, as what forms leave looks like."""
+    strength that is hardly known of the fibre, or of a stage that no channel shows, as what forms leave looks like."""
     physics = EFFECTS[rival.effect].stage != 'sensor'
-    return max(usually, _NEARLY_ALL) if physics and times_usual(rival) < _FAINT_BESIDE else usually
+    hardly = times_usual(rival) < _FAINT_BESIDE or not _shown(rival.effect, rival.fit)
+    return max(usually, _NEARLY_ALL) if physics and hardly else usually
+
+
+def _shown(effect: str, fitted: Fit) -> bool:
+    """Whether a recorded channel shows the stage of an effect, other than by what follows from it."""
+    shown_by = _SHOWN_BY.get(EFFECTS[effect].stage)
+    return shown_by is None or any(shown_by & set(e.observed) for e in fitted.problem.experiments)
 
 
 def stands_apart(effect: str, fitted: Fit, accepted: Sequence[str]) -> bool:
     """Whether it is physics of a stage of which nothing was found yet: what a form leaves, effects of its own stage
-    explain best; an electrical one that no channel of its own shows is but another course of the heat. Circumstances
-    bend to anything, what is left of a swing to much, and any form's rest looks like some physics that is fainter than
-    is known of the fibre."""
+    explain best, and of a stage that no channel shows any does. Circumstances bend to anything, what is left of a swing
+    to much, and any form's rest looks like some physics that is fainter than is known of the fibre."""
     found = {EFFECTS[other].stage for other in accepted if other != effect}
     definition = EFFECTS[effect]
     if definition.stage in found | {'sensor'} or definition.circumstance or SWINGS in accepted:
         return False
-    if definition.stage == 'electrical' and not any('resistance' in e.observed for e in fitted.problem.experiments):
+    if not _shown(effect, fitted):
         return False
     return times_usual(Rival(effect, fitted, 0.0)) >= _FAINT_BESIDE
 

@@ -224,11 +224,20 @@ def test_what_is_bent_as_far_as_it_goes_is_not_alike(softened):
         assert prefer([flexible, Rival('radiation', fitted, 1500.0)], 11_000.0).effect == named
 
 
-def test_an_electrical_effect_stands_apart_where_a_resistance_shows_it():
-    for channels, apart in ((CHANNELS, True), (('temperature', 'displacement'), False)):
-        fitted = calibrate([experiment(channels)], NOMINAL).fit
-        shorted = as_rival(fitted, 'contact_shorting', 1000.0, s=0.2).fit
-        assert stands_apart('contact_shorting', shorted, ['exposed_area', 'contact_shorting']) is apart
+@pytest.mark.parametrize(
+    ('effect', 'values', 'channels', 'apart'),
+    [
+        ('contact_shorting', {'s': 0.2}, CHANNELS, True),
+        ('contact_shorting', {'s': 0.2}, ('temperature', 'displacement'), False),
+        ('latent_heat', {'c': 0.05}, ('resistance', 'displacement'), True),
+        ('latent_heat', {'c': 0.05}, ('displacement',), False),
+    ],
+)
+def test_an_effect_stands_apart_where_a_channel_shows_its_stage(effect, values, channels, apart):
+    """Elsewhere it is one more way to bend what a form leaves, and takes nearly all of it or is none."""
+    shown = as_rival(calibrate([experiment(channels)], NOMINAL).fit, effect, 1000.0, **values)
+    assert stands_apart(effect, shown.fit, ['hysteresis', effect]) is apart
+    assert least_of_rest(shown, 0.4) == (0.4 if apart else 0.85)
 
 
 def test_what_has_to_be_crossed_is_tried_where_the_muscle_has_been():

@@ -2,8 +2,9 @@
 
     T_drive = T + w (mean_j P_j[T] - T),   P_j a play of half width r/3, 2r/3, r
 
-Three play operators of a Prandtl-Ishlinskii model. Contraction lags the temperature: the heating branch lies below the
-cooling branch, at every rate. Published fits of these muscles use the generalised form of the model.
+Three play operators of a Prandtl-Ishlinskii model, at the start as they are after cooling. Contraction lags the
+temperature: the heating branch lies below the cooling branch, at every rate. Published fits of these muscles use the
+generalised form of the model.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
@@ -16,9 +17,16 @@ _PLAYS = 3
 
 
 @inner
+def _half(c: Array, j: int) -> float:
+    """Half the width of play j, K."""
+    width: float = c[1] * (j + 1) / _PLAYS
+    return width
+
+
+@inner
 def _play(c: Array, s: Array, temperature: float, j: int) -> float:
     """Play j at this temperature."""
-    half = c[1] * (j + 1) / _PLAYS
+    half = _half(c, j)
     value: float = min(max(s[j], temperature - half), temperature + half)
     return value
 
@@ -32,9 +40,9 @@ def contraction(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """In the middle of every play."""
+    """As after cooling: a muscle in use was hotter before."""
     for j in range(_PLAYS):
-        s[j] = q[CORE_TEMPERATURE]
+        s[j] = q[CORE_TEMPERATURE] + _half(c, j)
 
 
 def commit(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
