@@ -33,6 +33,7 @@ _CLOSER, _ROUNDS = 4, 4  # plans that are looked at more closely, and how often 
 _MEMBERS = 4  # of a set, that are to be told apart
 _BEFORE_IT_IS_OVER = 'a delay against a lag: the next edge comes before either is over'
 _HOTTEST = 273.15 + 90.0
+_HALF_THE_TIME = 1.25  # times the current for that
 
 
 @dataclass(frozen=True)
@@ -61,9 +62,9 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
     probe = round(0.05 * full, 4)
     rng = np.random.default_rng(7)
 
-    def switching(pace: float, count: int) -> tuple[Step, ...]:
+    def switching(pace: float, count: int, most: float = 1.0) -> tuple[Step, ...]:
         spans = pace * rng.choice([1.0, 2.0, 3.5, 6.0], count)
-        return tuple(on(float(d), 1.0 if k % 2 == 0 else 0.15) for k, d in enumerate(spans))
+        return tuple(on(round(float(d), 3), most if k % 2 == 0 else 0.15) for k, d in enumerate(spans))
 
     swings = tuple(s for m in (0.4, 0.6, 0.75, 0.9) for s in (on(25.0, m), *4 * (on(3.0, 1.25 * m), on(3.0, 0.7 * m))))
     return [
@@ -80,7 +81,9 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
         ),
         Plan('fast switching', 'delays against inertia', (rest(5.0), *switching(2.0, 40), rest(30.0))),
         Plan('rapid switching', _BEFORE_IT_IS_OVER, switching(0.5, 32)),
-        Plan('very rapid switching', _BEFORE_IT_IS_OVER, switching(0.2, 80)),
+        # On for half of the time only: with that current it stays below what it is to reach at steady state.
+        Plan('very rapid switching', _BEFORE_IT_IS_OVER, switching(0.2, 160, _HALF_THE_TIME)),
+        Plan('most rapid switching', _BEFORE_IT_IS_OVER, switching(0.1, 200, _HALF_THE_TIME)),
         Plan('small swings', 'the heat capacity at each temperature by itself', swings),
         Plan(
             'slow ramp of steps',

@@ -32,7 +32,7 @@ def proposal(late, *names):
 
 def test_a_lag_is_told_from_a_delay_by_edges_that_follow_before_either_is_over(late):
     found = proposal(late, 'thermocouple_lag', 'clock_skew')
-    assert found.name in ('rapid switching', 'very rapid switching')
+    assert found.name.endswith('rapid switching')
     assert set(found.separates) == {'thermocouple_lag', 'clock_skew'}
     assert found.power > 0.9
 
@@ -91,3 +91,9 @@ def test_a_plan_under_which_a_model_runs_away_tells_nothing(late):
     for rounds in (1, 4):
         assert separation(wild, lagging, rounds) == 0.0
         assert separation(lagging, wild, rounds) == 0.0
+
+
+def test_no_plan_is_hotter_than_a_muscle_bears():
+    for plan in plans(NOMINAL, 0.5, NOMINAL['T0']):
+        planned = experiment_of(plan, experiment(CHANNELS), NOMINAL['T0'])
+        assert planned.outputs(NOMINAL).fibre_temperature.max() < 273.15 + 90.1, plan.name
