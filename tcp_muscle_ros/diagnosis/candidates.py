@@ -55,8 +55,10 @@ class Candidate:
 
     @property
     def worth(self) -> float:
-        """The gain less the price of its parameters."""
-        return self.gain - PER_PARAMETER * len(EFFECTS[self.effect].fitted) * max(len(self.own), 1)
+        """The gain less the price of its parameters, and of a choice that is not the usual one."""
+        rows = EFFECTS[self.effect].parameters
+        chosen = sum(bool(row.choices) and self.values[f'{self.effect}.{row.name}'] != row.value for row in rows)
+        return self.gain - PER_PARAMETER * (chosen + len(EFFECTS[self.effect].fitted) * max(len(self.own), 1))
 
     def starts(self) -> 'list[Candidate]':
         """Where a refit may start: as far as the linear approximation goes, and less far; at the usual strength and

@@ -2,8 +2,8 @@
 
     dxf/dt = m F (F / 0.5 N)^(n - 1) exp(a (T - 60 degC)),   H -> H + xf
 
-The dashpot of a Burgers solid, n = 1. Polymers under much stress flow faster than in proportion to it (Eyring 1936),
-n > 1, as Norton's law has it. The rate is held beyond 0 to 120 degC.
+The dashpot of a Burgers solid, n = 1. Polymers under much stress flow faster than in proportion to it (Eyring 1936):
+n = 2 or 3, as Norton's law has it. The rate is held beyond 0 to 120 degC.
 """
 
 from math import exp
@@ -25,7 +25,7 @@ def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """It flows."""
     within = min(max(q[CORE_TEMPERATURE], DOMAIN_LOW), DOMAIN_HIGH)
-    stressed = (q[FORCE] / _FORCE) ** (c[2] - 1.0) if q[FORCE] > 0.0 else 0.0
+    stressed = (q[FORCE] / _FORCE) ** c[2] if q[FORCE] > 0.0 else 0.0
     ds[0] = c[0] * q[FORCE] * stressed * exp(c[1] * (within - _REFERENCE))
 
 
@@ -40,9 +40,12 @@ EFFECT = Effect(
             'm', 1e-5, 'm/(N s)', 0.0, 1e-3, 'flow per force at 60 degC, 0.5 N', 'estimated: 0.1 to 1 mm in 200 s'
         ),
         Parameter('a', 0.05, '1/K', 0.0, 0.15, 'rise of the rate with temperature', 'estimated: 0.04 to 0.1 1/K'),
-        Parameter('n', 1.0, '1', 1.0, 6.0, 'power of the force', 'linear; more under much stress (Eyring 1936)'),
+        Parameter(
+            'law', 0.0, '1', 0.0, 2.0, 'n - 1: how it grows with the force', 'a free choice',
+            choices=('in proportion', 'by its square', 'by its cube'), fitted=False,
+        ),
     ),
     hooks={'extra': extra, 'rates': rates},
     strength='m',
     states=('flow',),
-)
+)  # fmt: skip
