@@ -25,7 +25,7 @@ def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """It flows."""
     within = min(max(q[CORE_TEMPERATURE], DOMAIN_LOW), DOMAIN_HIGH)
-    stressed = (q[FORCE] / _FORCE) ** c[2] if q[FORCE] > 0.0 else 0.0
+    stressed = (abs(q[FORCE]) / _FORCE) ** c[2]
     ds[0] = c[0] * q[FORCE] * stressed * exp(c[1] * (within - _REFERENCE))
 
 
