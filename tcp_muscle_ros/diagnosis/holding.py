@@ -1,7 +1,7 @@
 """What held the end of a muscle in a recording: a load, a wall or a spring; and the load itself."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -104,7 +104,7 @@ def _levels(force: Channel) -> Channel:
     left = np.concatenate([part - level for part, level in zip(segments, levels, strict=True)])
     if float(np.sqrt(np.mean(left**2))) > _CONSTANT * noise:
         return force
-    return replace(force, time=force.time[np.append(0, steps)], value=levels)
+    return Channel('load', force.time[np.append(0, steps)], levels, force.topic)
 
 
 def _in_steps(force: Channel, load: Channel) -> bool:

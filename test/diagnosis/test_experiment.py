@@ -173,6 +173,7 @@ def test_a_measured_force_is_the_load_without_its_noise():
     experiment = prepare(made, NOMINAL, most=300)
     levels = np.unique(experiment.imposed.load)
     assert levels == pytest.approx([0.3, 0.9], abs=2e-4)
+    assert experiment.holding.starting_load == pytest.approx(0.3, abs=2e-4)
     assert experiment.observed['displacement'].time.size < 400
 
 
