@@ -83,9 +83,7 @@ def stands_apart(effect: str, fitted: Fit, accepted: Sequence[str]) -> bool:
     definition = EFFECTS[effect]
     if definition.stage in found | {'sensor'} or definition.circumstance or SWINGS in accepted:
         return False
-    if not _shown(effect, fitted):
-        return False
-    return times_usual(Rival(effect, fitted, 0.0)) >= _FAINT_BESIDE
+    return _shown(effect, fitted) and times_usual(Rival(effect, fitted, 0.0)) >= _FAINT_BESIDE
 
 
 def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:

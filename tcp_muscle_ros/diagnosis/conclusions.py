@@ -341,14 +341,13 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
 
 def _age(fitted: Fit) -> tuple[str, ...]:
     """How old the muscle is now, where it ages: what is written is its age before the first recording."""
-    experiments = fitted.problem.experiments
-    now = replace(fitted.problem, experiments=(aged((*experiments, experiments[0]), fitted.outputs)[-1],))
-    ages = [f'{e}.{EFFECTS[e].age}' for e in fitted.problem.parameters.effects if EFFECTS[e].age]
+    problem = fitted.problem
+    after = aged((*problem.experiments, problem.experiments[0]), fitted.outputs)[-1]
+    now = replace(problem, experiments=(after,)).muscle({}, 0)
     return tuple(
-        f'{name} was {before:.4g} before the first recording and is {now.muscle({}, 0)[name]:.4g} after the last: '
+        f'{name} was {problem.parameters[name]:.4g} before the first recording and is {now[name]:.4g} after the last: '
         f'set it so for the muscle as it is now'
-        for name in ages
-        for before in [fitted.problem.parameters[name]]
+        for name in problem.ages
     )
 
 

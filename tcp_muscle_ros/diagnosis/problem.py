@@ -57,6 +57,11 @@ class Problem:
         """The priors' standard deviations in the fit's coordinates."""
         return np.array([u.prior_spread for u in self.unknowns])
 
+    @property
+    def ages(self) -> tuple[str, ...]:
+        """The parameters that count the muscle's cycles or seconds before a recording."""
+        return tuple(f'{e}.{EFFECTS[e].age}' for e in self.parameters.effects if EFFECTS[e].age)
+
     def values(self, z: Array) -> dict[tuple[str, int | None], float]:
         """Coordinates to values."""
         return {u.key: u.from_fit(float(zi)) for u, zi in zip(self.unknowns, z, strict=True)}
@@ -65,9 +70,8 @@ class Problem:
         """The muscle that these values make, for one recording where some unknowns are its own."""
         mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
         if recording is not None:
-            ages = [f'{e}.{EFFECTS[e].age}' for e in self.parameters.effects if EFFECTS[e].age]
             before = {'1': self.experiments[recording].cycles, 's': self.experiments[recording].used}
-            mine |= {name: self.parameters[name] + before[SPECIFICATIONS[name].unit] for name in ages}
+            mine |= {name: self.parameters[name] + before[SPECIFICATIONS[name].unit] for name in self.ages}
         return self.parameters.replace(mine)
 
     def outputs(self, values: Values, recording: int) -> Outputs:

@@ -5,7 +5,7 @@ was and is reported as not fixed, instead of running away.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -64,10 +64,12 @@ class Unknown:
         return self.name, self.recording
 
 
-def positive(nominal: Parameters, name: str, recording: int | None = None, spread: float = _LOG_SPREAD) -> Unknown:
-    """A positive parameter of the muscle, by its logarithm."""
+def positive(
+    nominal: Parameters, name: str, recording: int | None = None, spread: float = _LOG_SPREAD, least: float = 1e-12
+) -> Unknown:
+    """A positive parameter of the muscle, by its logarithm, no less than its bound and ``least``."""
     row = SPECIFICATIONS[name]
-    return Unknown(name, nominal[name], max(row.low, 1e-12), row.high, spread, log=True, recording=recording)
+    return Unknown(name, nominal[name], max(row.low, least), row.high, spread, log=True, recording=recording)
 
 
 def effect_unknowns(name: str, parameters: Parameters, owner: int | None = None) -> list[Unknown]:
@@ -112,8 +114,8 @@ def base_unknowns(
         spread = _OHMMETER if name == 'R0' and not seen_resistance else _LOG_SPREAD
         # Without a thermometer all temperatures could be twice as large: what is known of the materials anchors them.
         spread = _MATERIAL if name == 'k0' and 'temperature' not in channels else spread
-        unknowns += [positive(nominal, name, owner, spread) for owner in owners]
-    unknowns = [replace(u, low=max(u.low, _softest(experiments, nominal))) if u.name == 'k0' else u for u in unknowns]
+        least = _softest(experiments, nominal) if name == 'k0' else 1e-12
+        unknowns += [positive(nominal, name, owner, spread, least) for owner in owners]
     if 'R0' in names:
         row = SPECIFICATIONS['a_R']
         spread = 0.002 if seen_resistance and 'temperature' in channels else 0.5 * _MATERIAL * nominal['a_R']
