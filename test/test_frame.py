@@ -24,7 +24,7 @@ PACKAGE = ROOT / 'tcp_muscle_ros'
 FLOORS = [
     {'errors', 'streams', 'threads', 'yaml_text'},
     {'muscle', 'recording', 'operating', 'outputs'},
-    {'parameter_file', 'control', 'diagnosis'},
+    {'parameter_file', 'settings', 'control', 'diagnosis'},
     {'intervals'},
     {'report', 'nodes'},
     {'commands'},
