@@ -25,8 +25,8 @@ def path_beside(parameter_file: str | Path) -> Path:
     return Path(parameter_file).with_suffix('.intervals.json')
 
 
-def write_intervals(parameter_file: str | Path, calibration: 'Calibration') -> None:
-    """Write the intervals beside a calibrated parameter file."""
+def write_intervals(path: str | Path, calibration: 'Calibration') -> None:
+    """Write the intervals of a calibrated parameter file to ``path``, which is ``path_beside`` it."""
     fit = calibration.fit
     shared = [k for k, u in enumerate(fit.problem.unknowns) if u.recording is None]
     content = {
@@ -56,7 +56,7 @@ def write_intervals(parameter_file: str | Path, calibration: 'Calibration') -> N
         ],
         'covariance': fit.covariance[np.ix_(shared, shared)].tolist(),
     }
-    path_beside(parameter_file).write_text(json.dumps(content, indent=1) + '\n')
+    Path(path).write_text(json.dumps(content, indent=1) + '\n')
 
 
 def variants(parameter_file: str | Path, parameters: Parameters, seed: int = 0) -> Mapping[int, Parameters] | None:

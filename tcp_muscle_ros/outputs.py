@@ -1,34 +1,141 @@
-"""Where a command writes: looked at before the work, so that none is done in vain."""
+"""Where a command writes: looked at before the work, written beside, and put in its place when it is whole.
 
+What stood there before is replaced only under ``--force``, and only by something that is complete: a full disk, an
+error or Ctrl-C leaves it as it was.
+"""
+
+import argparse
+import json
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput
 
+_HOLDER = '.unfinished-'  # begins the name of the folder beside an output in which it is made
+_OF_A_BAG = ('.mcap', '.db3', '.zstd')
+_REPORT, _SCHEMA = 'report.json', 'tcp_muscle_ros/'
 
-def writable_folder(path: str | Path) -> Path:
-    """The path of a folder that is still to be made. BadInput where that is not possible."""
+
+def add_force_argument(parser: argparse.ArgumentParser) -> None:
+    """Add --force."""
+    parser.add_argument('--force', action='store_true', help='replace what is there already, once the new is whole')
+
+
+def writable_folder(path: str | Path, *, force: bool = False, option: str = '--output') -> Path:
+    """The path of a folder that is still to be made. BadInput where that is not possible, or something is there.
+
+    ``force`` allows to replace a folder that this tool wrote: a bag, bags, or a report. ``option`` gave the path.
+    """
     path = Path(path)
+    if os.path.lexists(path):
+        if not force:
+            raise BadInput(f'{path}: exists already and is not overwritten; give another {option}, or --force')
+        if not _is_ours(path):
+            raise BadInput(f'{path}: is no bag, folder of bags or report; --force replaces nothing else')
     above = next(folder for folder in path.absolute().parents if folder.exists())
     if not above.is_dir():
         raise BadInput(f'{path}: {above} is a file; expected a folder')
     if not os.access(above, os.W_OK | os.X_OK):
-        raise BadInput(f'{path}: nothing can be written in {above}; give another --output')
+        raise BadInput(f'{path}: nothing can be written in {above}; give another {option}')
     return path
 
 
-def writable_file(path: str | Path) -> Path:
-    """The path of a file that is still to be written. BadInput where that is not possible."""
+def _is_ours(path: Path) -> bool:
+    """Whether a path is a folder that holds nothing but what this tool writes: a bag, bags, a report; or nothing."""
+    if path.is_symlink() or not path.is_dir():
+        return False
+    names = [entry.name for entry in path.iterdir()]
+    if _REPORT in names:
+        with suppress(OSError, ValueError, AttributeError):
+            return str(json.loads((path / _REPORT).read_text('utf-8')).get('schema')).startswith(_SCHEMA)
+        return False
+    return _is_bag(path) or all(_is_bag(path / name) for name in names)
+
+
+def _is_bag(path: Path) -> bool:
+    """Whether a path is a folder with the files of a bag and nothing else."""
+    if path.is_symlink() or not path.is_dir():
+        return False
+    names = [entry.name for entry in path.iterdir()]
+    return any(name.endswith(_OF_A_BAG) for name in names) and all(
+        name.endswith((*_OF_A_BAG, 'metadata.yaml')) for name in names
+    )
+
+
+def writable_file(path: str | Path, *, force: bool = False, option: str = '--output') -> Path:
+    """The path of a file that is still to be written. BadInput where that is not possible, or something is there.
+
+    ``force`` allows to replace a regular file. ``option`` gave the path.
+    """
     path = Path(path)
     if path.is_dir():
         raise BadInput(f'{path}: is a folder; expected the name of a file')
     if not path.parent.is_dir():
         raise BadInput(f'{path}: its folder does not exist')
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
+    if os.path.lexists(path):
+        if not force:
+            raise BadInput(f'{path}: exists already and is not overwritten; give another {option}, or --force')
+        if not path.is_file():
+            raise BadInput(f'{path}: is no regular file; give another {option}')
+    if not os.access(path.parent, os.W_OK | os.X_OK):
         raise BadInput(f'{path}: cannot be written')
     return path
+
+
+def refuse_among(path: str | Path, inputs: Iterable[str | Path]) -> None:
+    """BadInput where an output would take the place of an input, or of a folder that holds one."""
+    place = Path(path).resolve()
+    for given in inputs:
+        read = Path(given).resolve()
+        if read.exists() and (place == read or place in read.parents):
+            is_it = 'is' if place == read else f'holds {given}, which is'
+            raise BadInput(f'{path}: {is_it} read, and nothing that is read is overwritten; give another path')
+
+
+@contextmanager
+def in_place_of(path: Path) -> Iterator[Path]:
+    """A path beside ``path``, of the same name, to write a file or folder to; in the end it takes the place of
+    ``path``. Where the body fails, what it wrote goes and ``path`` stays as it was. What the system says against
+    writing is BadInput.
+    """
+    place = path.resolve() if path.is_symlink() else path.absolute()
+    missing = [folder for folder in place.parents if not folder.exists()]
+    with ExitStack() as undo, writing(path):
+        for folder in reversed(missing):
+            folder.mkdir()
+            undo.callback(_remove_empty, folder)
+        holder = Path(tempfile.mkdtemp(prefix=_HOLDER, dir=place.parent))
+        undo.callback(shutil.rmtree, holder, ignore_errors=True)
+        draft = holder / place.name
+        try:
+            yield draft
+        except BadInput as error:
+            raise BadInput(str(error).replace(str(draft), str(path))) from None
+        if draft.exists():
+            _take_place(draft, place)
+
+
+def _take_place(draft: Path, path: Path) -> None:
+    """Move a file at once; a folder in two steps, the first of which is taken back where the second fails."""
+    if not (draft.is_dir() and path.exists()):
+        draft.replace(path)
+        return
+    old = draft.with_name(draft.name + '.replaced')
+    path.rename(old)
+    try:
+        draft.rename(path)
+    except OSError:
+        old.rename(path)
+        raise
+
+
+def _remove_empty(folder: Path) -> None:
+    with suppress(OSError):  # by now something is in it
+        folder.rmdir()
 
 
 @contextmanager

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
+from tcp_muscle_ros.outputs import add_force_argument
 
 # More observations a channel than this are averaged in blocks: a muscle is slow, and the fit stays within seconds.
 _MOST = 4000
@@ -24,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='NAME',
         help='a parameter that each recording has for itself, e.g. B where every run is another specimen (repeatable)',
     )
+    add_force_argument(parser)
     add_bag_arguments(parser)
 
 
@@ -35,17 +36,16 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.diagnosis.unknowns import SEPARABLE
     from tcp_muscle_ros.errors import BadInput, nearest
     from tcp_muscle_ros.intervals import path_beside, write_intervals
-    from tcp_muscle_ros.outputs import writable_file, writing
+    from tcp_muscle_ros.outputs import in_place_of, refuse_among, writable_file
     from tcp_muscle_ros.parameter_file import read, write
     from tcp_muscle_ros.report.tables import calibration_note, calibration_table
 
     for name in args.separate:
         if name not in SEPARABLE:
             raise BadInput(f'--separate {name}: expected one of {", ".join(SEPARABLE)}{nearest(name, SEPARABLE)}')
-    output = writable_file(args.output)
-    writable_file(path_beside(output))
-    if output.resolve() in (Path(bag).resolve() for bag in args.bags):
-        raise BadInput(f'{output}: is a recording, and nothing that was recorded is overwritten; give another --output')
+    refuse_among(args.output, [*args.bags, args.params])
+    output = writable_file(args.output, force=args.force)
+    intervals = writable_file(path_beside(output), force=args.force)
     nominal = read(args.params)
     experiments = read_experiments(args, args.bags, _MOST)
     with Progress('calibrating') as progress:
@@ -56,8 +56,8 @@ def run(args: argparse.Namespace) -> int:
     print(calibration_table(calibration))
     heading = f'Calibrated by tcp_muscle calibrate on {len(experiments)} recording(s), from {args.params}.'
     says = calibration_note(calibration)
-    with writing(output):
-        write(output, calibration.parameters, operating=nominal.operating, heading=(heading,), note=says)
-        write_intervals(output, calibration)
+    with in_place_of(intervals) as beside, in_place_of(output) as draft:
+        write(draft, calibration.parameters, operating=nominal.operating, heading=(heading,), note=says)
+        write_intervals(beside, calibration)
     print(f'{output}: loads into sim_node and replay; its intervals are beside it')
     return 0

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tcp_muscle_ros.commands.manifest import Run
     from tcp_muscle_ros.report.campaign_summary import Row
 
+_LOCK = '.lock'  # in the folder of a campaign
 _DONE, _INTERNAL, _BAD_INPUT, _INTERRUPTED = 0, 1, 2, 130
 
 
@@ -33,6 +34,8 @@ def run_campaign(args: argparse.Namespace) -> int:
 
     if args.bags:
         raise BadInput(f'{args.bags[0]}: either bags or --manifest, not both; name the bags in the manifest')
+    if args.force:
+        raise BadInput('--force goes with BAG...; a --manifest replaces its own reports where something has changed')
     if args.jobs is not None and args.jobs < 1:
         raise BadInput(f'--jobs {args.jobs}: expected 1 or more')
     if args.jobs is not None and args.scheduler is not None:
@@ -107,9 +110,14 @@ def _alone_in(folder: Path) -> Iterator[None]:
         raise BadInput(f'{folder}: is a file; expected a folder')
     if not folder.parent.is_dir():
         raise BadInput(f'{folder}: the folder {folder.parent} does not exist')
+    from tcp_muscle_ros.commands.manifest import TAKEN
+
+    own = next((name for name in TAKEN if (folder / name).exists()), None)
+    if own and not (folder / _LOCK).exists():
+        raise BadInput(f'{folder}: has a {own} that no diagnose --manifest wrote; give another --output')
     try:
         folder.mkdir(exist_ok=True)
-        with (folder / '.lock').open('w') as lock:
+        with (folder / _LOCK).open('w') as lock:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             shutil.rmtree(folder / UNFINISHED, ignore_errors=True)
             yield

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
+from tcp_muscle_ros.outputs import add_force_argument
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.commands.progress import Progress
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('bags', nargs='*', metavar='BAG', help='recordings of one muscle')
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for the report')
+    add_force_argument(parser)
     parser.add_argument('--seed', type=int, default=0, metavar='N', help='the same seed gives the same report (0)')
     add_bag_arguments(parser)
     many = parser.add_argument_group('many runs')
@@ -43,6 +45,7 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose, write the report, print its summary. An interrupted diagnosis writes what it knows by then."""
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.errors import BadInput
+    from tcp_muscle_ros.outputs import refuse_among
     from tcp_muscle_ros.report.terminal import summary
     from tcp_muscle_ros.report.write import refuse_report
 
@@ -55,19 +58,27 @@ def run(args: argparse.Namespace) -> int:
     for option in ('jobs', 'scheduler'):
         if getattr(args, option) is not None:
             raise BadInput(f'--{option} goes with --manifest RUNS.yaml only')
-    output = refuse_report(args.output)
+    refuse_among(args.output, [*args.bags, args.params])
+    output = refuse_report(args.output, force=args.force)
     with Progress('diagnosing') as progress:
-        diagnosis = diagnose_bags(args, args.bags, args.params, output, progress)
+        diagnosis = diagnose_bags(args, args.bags, args.params, output, progress, force=args.force)
     print(summary(diagnosis, output / 'report.html'))
     return _INTERRUPTED if diagnosis.partial else 0
 
 
 def diagnose_bags(
-    options: argparse.Namespace, bags: Sequence[str], params: str, output: Path, progress: Progress | None = None
+    options: argparse.Namespace,
+    bags: Sequence[str],
+    params: str,
+    output: Path,
+    progress: Progress | None = None,
+    *,
+    force: bool = False,
 ) -> Diagnosis:
     """Diagnose bags of one muscle and write the report; partial where it was interrupted.
 
-    ``options``: the seed and how bags are read (``add_bag_arguments``). Raises BadInput.
+    ``options``: the seed and how bags are read (``add_bag_arguments``). ``force``: an older report is replaced.
+    Raises BadInput.
     """
     from dataclasses import replace
 
@@ -89,7 +100,7 @@ def diagnose_bags(
     diagnosis = with_replay(diagnosis, recordings, nominal.operating)
     if progress:
         progress.stage('writing the report')
-    write_report(output, diagnosis, experiments, nominal.operating)
+    write_report(output, diagnosis, experiments, nominal.operating, force=force)
     return diagnosis
 
 

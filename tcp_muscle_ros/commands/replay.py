@@ -6,6 +6,7 @@ import argparse
 
 from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
+from tcp_muscle_ros.outputs import add_force_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -14,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_parameter_argument(parser, required=True)
     parser.add_argument('--output', metavar='BAG2', help='a new bag: the recording, and the predictions beside it')
     parser.add_argument('--figure', metavar='PNG', help='draw recorded against predicted')
+    add_force_argument(parser)
     add_bag_arguments(parser)
 
 
@@ -22,19 +24,20 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.commands.model_arguments import read_experiments
     from tcp_muscle_ros.diagnosis.replaying import replay
     from tcp_muscle_ros.intervals import variants
-    from tcp_muscle_ros.outputs import writable_folder, writing
+    from tcp_muscle_ros.outputs import in_place_of, refuse_among, writable_folder
     from tcp_muscle_ros.parameter_file import read
-    from tcp_muscle_ros.recording.bag_writer import refuse_existing
     from tcp_muscle_ros.report.overlay import write_overlay
     from tcp_muscle_ros.report.tables import comparison_table
 
     if args.output:
-        writable_folder(refuse_existing(args.output))
+        refuse_among(args.output, [args.bag, args.params])
+        output = writable_folder(args.output, force=args.force)
     if args.figure:
         from tcp_muscle_ros.report.comparison import draw_comparison
         from tcp_muscle_ros.report.style import picture_path
 
-        picture_path(args.figure)
+        refuse_among(args.figure, [args.bag, args.params])
+        figure = picture_path(args.figure, force=args.force)
     parameters = read(args.params).parameters
     (experiment,) = read_experiments(args, [args.bag])
     compared = replay(experiment, parameters, variants(args.params, parameters))
@@ -42,10 +45,11 @@ def run(args: argparse.Namespace) -> int:
         print(f'note: {note}')
     print(comparison_table(compared))
     if args.output:
-        write_overlay(args.output, experiment, compared)
+        with in_place_of(output) as draft:
+            write_overlay(draft, experiment, compared)
         print(f'{args.output}: /recorded and /predicted')
     if args.figure:
-        with writing(args.figure):
-            draw_comparison(args.figure, experiment, compared)
+        with in_place_of(figure) as draft:
+            draw_comparison(draft, experiment, compared)
         print(f'{args.figure}: recorded against predicted')
     return 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
+from tcp_muscle_ros.outputs import add_force_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -12,6 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('protocol', metavar='PROTOCOL.yaml', help='what is done to the muscle')
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='BAG', help='a new bag (rosbag2, MCAP)')
+    add_force_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -20,13 +22,14 @@ def run(args: argparse.Namespace) -> int:
 
     from tcp_muscle_ros.commands.sensing import sensed
     from tcp_muscle_ros.muscle import ZERO_CELSIUS, simulate
-    from tcp_muscle_ros.outputs import writable_folder
+    from tcp_muscle_ros.outputs import in_place_of, refuse_among, writable_folder
     from tcp_muscle_ros.parameter_file import read
-    from tcp_muscle_ros.recording.bag_writer import refuse_existing, write_recording
+    from tcp_muscle_ros.recording.bag_writer import write_recording
     from tcp_muscle_ros.recording.protocol import END_OPTIONS, read_protocol
     from tcp_muscle_ros.recording.recording import Channel, Recording
 
-    output = writable_folder(refuse_existing(args.output))
+    refuse_among(args.output, [args.protocol, args.params])
+    output = writable_folder(args.output, force=args.force)
     file = read(args.params)
     protocol = read_protocol(args.protocol)
     sampled = protocol.sampled()
@@ -64,7 +67,8 @@ def run(args: argparse.Namespace) -> int:
     }
     known: dict[str, object] = {'end': protocol.end, 'load_n': float(sampled.load[0])}
     known |= {name: value for name, value in held.items() if value}
-    write_recording(output, Recording(str(output), channels, 0, known))
+    with in_place_of(output) as draft:
+        write_recording(draft, Recording(str(output), channels, 0, known))
     hot = float(outputs.fibre_temperature.max()) - ZERO_CELSIUS
     print(
         f'{output}: {protocol.duration:g} s at {protocol.rate_hz:g} Hz; hottest {hot:.1f} degC, '

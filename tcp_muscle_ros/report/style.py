@@ -69,9 +69,9 @@ def _plain(axes: list[Axes]) -> None:
         axis.spines[['top', 'right']].set_visible(False)
 
 
-def picture_path(path: str | Path) -> Path:
-    """The path of a picture that is still to be drawn. BadInput where that is not possible."""
-    path = writable_file(path)
+def picture_path(path: str | Path, *, force: bool = False) -> Path:
+    """The path of a picture that is still to be drawn. BadInput where that is not possible, or something is there."""
+    path = writable_file(path, force=force, option='--figure')
     if path.suffix.lower()[1:] not in FigureCanvasBase.get_supported_filetypes():
         raise BadInput(f'{path}: no kind of picture; expected {path.with_suffix(".png").name}, or .pdf, .svg, .jpg')
     return path

@@ -6,6 +6,7 @@ from pathlib import Path
 from tcp_muscle_ros.diagnosis.experiment import Experiment
 from tcp_muscle_ros.diagnosis.findings import Diagnosis
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.outputs import in_place_of, writable_folder
 from tcp_muscle_ros.parameter_file import Value as Setting
 from tcp_muscle_ros.report.diagnosis_figures import draw_all
 from tcp_muscle_ros.report.overlay import write_diagnosis_overlay
@@ -14,17 +15,18 @@ from tcp_muscle_ros.report.report_html import write_html
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, write_json
 
 
-def refuse_report(directory: str | Path) -> Path:
-    """The folder of a new report. BadInput unless it is empty or can be made: nothing is overwritten."""
+def refuse_report(directory: str | Path, *, force: bool = False) -> Path:
+    """The folder of a new report. BadInput unless it is empty or can be made, or may be replaced by ``force``."""
     path = Path(directory)
-    if path.is_dir():
-        if any(path.iterdir()):
-            raise BadInput(f'{path}: is not empty, and a report overwrites nothing; give another --output')
-    elif path.exists():
-        raise BadInput(f'{path}: is a file; expected a folder that does not exist yet')
-    elif not path.absolute().parent.is_dir():
+    if not path.absolute().parent.is_dir():
         raise BadInput(f'{path}: the folder {path.absolute().parent} does not exist')
-    return path
+    if path.is_dir() and not any(path.iterdir()):
+        return path
+    if path.exists() and not path.is_dir():
+        raise BadInput(f'{path}: is a file; expected a folder that does not exist yet')
+    if path.is_dir() and not force:
+        raise BadInput(f'{path}: is not empty and is not overwritten; give another --output, or --force')
+    return writable_folder(path, force=force)
 
 
 def write_report(
@@ -32,17 +34,19 @@ def write_report(
     diagnosis: Diagnosis,
     experiments: Sequence[Experiment],
     operating: Mapping[str, Setting] | None = None,
+    *,
+    force: bool = False,
 ) -> None:
     """Write report.json, report.html, figures/, improved.yaml, overlay/ and, if there is one, next_protocol.yaml.
 
+    The folder is there once all of it is; an older report goes only then, and only under ``force``.
+
     ``operating``: what else stood in the parameter file that the diagnosis began with; goes into improved.yaml.
-    report.json comes last: where it is, the report is whole.
 
     Raises:
         BadInput: the folder holds something already, or cannot be written.
     """
-    path = refuse_report(directory)
-    try:
+    with in_place_of(refuse_report(directory, force=force)) as path:
         (path / 'figures').mkdir(parents=True)
         figures = draw_all(path / 'figures', diagnosis)
         write_html(path / 'report.html', diagnosis, figures, path / 'figures')
@@ -53,5 +57,3 @@ def write_report(
         if experiments:
             write_diagnosis_overlay(path / 'overlay', experiments, diagnosis.series)
         write_json(path / 'report.json', diagnosis)
-    except OSError as error:
-        raise BadInput(f'{path}: cannot write the report there: {error.strerror}') from None

@@ -93,4 +93,4 @@ def test_a_folder_that_holds_something_is_refused_before_any_work(bag, tmp_path)
     )
     assert (done.returncode, done.stdout) == (2, '')
     (line,) = done.stderr.splitlines()
-    assert 'report: is not empty, and a report overwrites nothing; give another --output' in line
+    assert 'report: is not empty and is not overwritten; give another --output, or --force' in line

@@ -1,6 +1,7 @@
 """simulate, calibrate and replay as a user runs them: what they write, and the one line for what is wrong."""
 
 import json
+import resource
 import subprocess
 import sys
 
@@ -32,16 +33,22 @@ MUSCLE = """
 """
 
 
-def tool(*arguments):
+def tool(*arguments, disk=None):
+    """Exit code and what was said. ``disk``: bytes beyond which no file grows."""
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     done = subprocess.run(
-        [sys.executable, '-m', 'tcp_muscle_ros.tool', *map(str, arguments)], capture_output=True, text=True, check=False
+        [sys.executable, '-m', 'tcp_muscle_ros.tool', *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=disk and (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (disk, hard))),
     )
     return done.returncode, done.stdout, done.stderr
 
 
-def refused(*arguments, printed=''):
+def refused(*arguments, printed='', disk=None):
     """The one line against it; nothing was printed before, unless the mistake shows itself only after the work."""
-    code, out, errors = tool(*arguments)
+    code, out, errors = tool(*arguments, disk=disk)
     assert code == 2, errors
     assert out.startswith(printed) and (printed or not out), out
     lines = errors.strip().splitlines()
@@ -143,7 +150,10 @@ def test_missing_and_existing_files_are_one_line(made, tmp_path):
     [
         (['calibrate', '--output', '.'], '.: is a folder; expected the name of a file'),
         (['calibrate', '--output', 'taken.yaml'], 'taken.intervals.json: is a folder; expected the name of a file'),
-        (['calibrate', '--output', 'run.mcap', 'run.mcap'], 'run.mcap: is a recording'),
+        (
+            ['calibrate', '--output', 'run.mcap', 'run.mcap'],
+            'run.mcap: is read, and nothing that is read is overwritten',
+        ),
         (['replay', '--figure', 'nowhere/x.png'], 'nowhere/x.png: its folder does not exist'),
         (['replay', '--figure', 'x.foo'], 'x.foo: no kind of picture; expected x.png, or .pdf'),
         (['replay', '--figure', 'x'], 'x: no kind of picture; expected x.png, or .pdf'),
@@ -161,11 +171,49 @@ def test_where_nothing_can_be_written_is_said_before_the_work(made, tmp_path, mo
     assert line in refused(command, *([] if 'run.mcap' in more[2:] else [made / 'plain']), *more, *params)
 
 
-def test_a_disk_that_is_full_at_the_end_is_one_line(made, tmp_path):
-    for name in ('full.yaml', 'full.png'):
-        (tmp_path / name).symlink_to('/dev/full')
-    said = refused('calibrate', made / 'noisy', '--output', tmp_path / 'full.yaml', printed='parameter')
-    assert said.endswith('full.yaml: cannot be written (No space left on device)')
-    params, figure = ['--params', 'karami_tadesse_2017'], ['--figure', tmp_path / 'full.png']
-    said = refused('replay', made / 'plain', *params, *figure, printed='channel')
+def test_a_disk_that_is_full_at_the_end_is_one_line_and_leaves_the_old_file_whole(made, tmp_path):
+    old = {name: tmp_path / name for name in ('full.yaml', 'full.intervals.json', 'full.png')}
+    for file in old.values():
+        file.write_text('old')
+    bag, force = made / 'noisy', ['--force', '--params', 'karami_tadesse_2017']
+    said = refused('calibrate', bag, '--output', old['full.yaml'], *force, printed='parameter', disk=1000)
+    assert said.endswith('full.yaml: cannot be written (File too large)')
+    said = refused('replay', bag, '--figure', old['full.png'], *force, printed='channel', disk=1000)
     assert 'full.png: cannot be written (' in said
+    assert {file.read_text() for file in tmp_path.iterdir()} == {'old'}
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted(old)
+
+
+@pytest.mark.parametrize(
+    'command',
+    [
+        ['calibrate', 'noisy', '--output', 'there.yaml'],
+        ['calibrate', 'noisy', '--output', 'other.yaml'],
+        ['replay', 'plain', '--figure', 'there.png'],
+        ['replay', 'plain', '--output', 'there'],
+        ['simulate', 'protocol.yaml', '--output', 'there'],
+        ['diagnose', 'plain', '--output', 'there'],
+    ],
+    ids=' '.join,
+)
+def test_no_command_replaces_what_is_there_unless_it_is_told_to(made, tmp_path, command):
+    name, given, option, output = command
+    (tmp_path / 'there').mkdir()
+    old = ['there.yaml', 'other.intervals.json', 'there.png', 'there/mine']
+    for file in old:
+        (tmp_path / file).write_text('old')
+    said = refused(name, made / given, option, tmp_path / output, '--params', 'karami_tadesse_2017')
+    assert 'is not overwritten; give another' in said and '--force' in said
+    assert {(tmp_path / file).read_text() for file in old} == {'old'}
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+def test_forced_a_bag_and_a_figure_take_the_place_of_the_old(made, tmp_path):
+    out, figure = tmp_path / 'bag', tmp_path / 'there.png'
+    figure.write_text('old')
+    assert tool('simulate', made / 'protocol.yaml', '--output', out)[0] == 0
+    params = ['--params', 'karami_tadesse_2017']
+    assert tool('replay', made / 'plain', *params, '--output', out, '--figure', figure, '--force')[0] == 0
+    assert figure.read_bytes().startswith(b'\x89PNG')
+    assert 'temperature' in read_bag(out, namespace='predicted')
+    assert sorted(file.name for file in tmp_path.iterdir()) == ['bag', 'there.png']

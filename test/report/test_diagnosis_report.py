@@ -1,6 +1,7 @@
 """What a diagnosis leaves behind: every file, for every verdict, says what the diagnosis says."""
 
 import json
+import resource
 from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
@@ -349,6 +350,24 @@ def test_a_report_is_never_overwritten(made, tmp_path):
         refuse_report(tmp_path / 'file')
     with pytest.raises(BadInput, match='does not exist'):
         refuse_report(tmp_path / 'no' / 'such')
+
+
+def test_a_report_that_finds_the_disk_full_leaves_nothing_and_does_not_block_the_next(made, tmp_path):
+    d, experiments = made['match']
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    try:
+        with pytest.raises(BadInput, match=r'report: cannot be written \(File too large\)'):
+            write_report(tmp_path / 'report', d, experiments)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert list(tmp_path.iterdir()) == []
+    d, experiments = made['insufficient_data']
+    write_report(tmp_path / 'report', d, experiments)
+    (tmp_path / 'report' / 'old').write_text('')
+    write_report(tmp_path / 'report', d, experiments, force=True)
+    assert not (tmp_path / 'report' / 'old').exists()
+    assert [path.name for path in tmp_path.iterdir()] == ['report']
 
 
 def test_sensor_effects_stay_out_of_the_muscle(tmp_path):
