@@ -13,7 +13,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from tcp_muscle_ros.parameter_file import values_for
+from tcp_muscle_ros.settings.parameter_file import values_for
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle'),

@@ -28,13 +28,13 @@ from proof.tool import (
     replay,
     write_muscle,
 )
-from tcp_muscle_ros.diagnosis.calibration import left_over_noise
-from tcp_muscle_ros.diagnosis.candidates import Candidate, Screen
-from tcp_muscle_ros.diagnosis.fitting import Fit, fit
-from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
-from tcp_muscle_ros.diagnosis.rivals import grow
+from tcp_muscle_ros.diagnosis.answer.improved import physics_only
+from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen
+from tcp_muscle_ros.diagnosis.search.rivals import grow
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
-from tcp_muscle_ros.report.protocol_file import physics_only
 from tcp_muscle_ros.report.report_json import IMPROVED
 
 # By channel, what is to be added to the prediction of a free run (SI).

@@ -33,8 +33,8 @@ from proof.document import write_document
 from proof.generate import generate
 from proof.score import LOG, brief, note, read, tables, text
 from proof.tool import HELD_OUT, QUICK, REPORT, Case, diagnose_case, errors, experiments_of, improved, replay
-from tcp_muscle_ros.commands.diagnose import MOST
-from tcp_muscle_ros.threads import one_of_linear_algebra
+from tcp_muscle_ros.diagnosis.observation.observe import MOST
+from tcp_muscle_ros.process.threads import one_of_linear_algebra
 
 ROOT = Path(__file__).parents[1]
 DIAGNOSIS = 'diagnosis'

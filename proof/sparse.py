@@ -15,7 +15,7 @@ from pysindy import STLSQ, SmoothedFiniteDifference
 from scipy.signal import lfilter, savgol_filter
 
 from proof.tool import Case, Replayed, replayed
-from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
 from tcp_muscle_ros.muscle import Parameters, length, resistance
 
 STEP = 0.5  # s, of the grid

@@ -10,21 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp_muscle_ros.commands.diagnose import prepared
-from tcp_muscle_ros.commands.model_arguments import DEFAULT_SET
-from tcp_muscle_ros.diagnosis.calibration import Calibration, aged, calibrate, in_turn, quick_noise
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
-from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.findings import Diagnosis
-from tcp_muscle_ros.diagnosis.fitting import Fit, fit
-from tcp_muscle_ros.diagnosis.prepare import prepare
-from tcp_muscle_ros.diagnosis.problem import Problem
-from tcp_muscle_ros.diagnosis.unknowns import AMBIENT, base_unknowns
+from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, aged, calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, base_unknowns
+from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.observe import prepared
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Outputs, Parameters
-from tcp_muscle_ros.parameter_file import ParameterFile, read, write
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, write_json
+from tcp_muscle_ros.settings.operating import DEFAULT_SET
+from tcp_muscle_ros.settings.parameter_file import ParameterFile, read, write
 
 REPORT, HELD_OUT = 'report.json', 'held_out.json'
 QUICK = 500  # samples a channel for the alternatives and for held-out recordings

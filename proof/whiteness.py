@@ -7,11 +7,11 @@ import numpy as np
 from scipy.stats import chi2
 
 from proof.tool import Case
-from tcp_muscle_ros.diagnosis.calibration import quick_noise
-from tcp_muscle_ros.diagnosis.candidates import screen
 from tcp_muscle_ros.diagnosis.diagnose import skipped
-from tcp_muscle_ros.diagnosis.fitting import Fit, fit
-from tcp_muscle_ros.diagnosis.rivals import grow
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.search.candidates import screen
+from tcp_muscle_ros.diagnosis.search.rivals import grow
 from tcp_muscle_ros.muscle import EFFECTS
 
 LEVEL, LAGS = 0.01, 20

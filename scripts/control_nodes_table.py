@@ -17,9 +17,9 @@ from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.nodes.session import Session
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.recording import Recording
-from tcp_muscle_ros.report import control_study as study
-from tcp_muscle_ros.report.tracking_figures import BAND, settling_time
-from tcp_muscle_ros.report.tracking_session import Step, judge, largest_gap
+from tcp_muscle_ros.studies import control_study as study
+from tcp_muscle_ros.studies.step_response import BAND, settling_time
+from tcp_muscle_ros.studies.tracking_session import Step, judge, largest_gap
 
 MODEL = Parameters.named('karami_tadesse_2017')
 REST = 2.5  # s

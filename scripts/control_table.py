@@ -11,7 +11,7 @@ import numpy as np
 from tcp_muscle_ros.control.offline import PERFECT, Sensors, run
 from tcp_muscle_ros.control.tracking import MODES
 from tcp_muscle_ros.muscle import Muscle, Parameters
-from tcp_muscle_ros.report import control_study as study
+from tcp_muscle_ros.studies import control_study as study
 
 MODEL = Parameters.named('karami_tadesse_2017')
 STEPS = [(limit, target) for limit in (0.27, 0.40) for target in (0.020, 0.040)]

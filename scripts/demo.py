@@ -15,8 +15,8 @@ import numpy as np
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.recording import Recording
-from tcp_muscle_ros.report.tracking_session import Path as Followed
-from tcp_muscle_ros.report.tracking_session import Step, judge
+from tcp_muscle_ros.studies.tracking_session import Path as Followed
+from tcp_muscle_ros.studies.tracking_session import Step, judge
 
 LOAD = 0.060 * 9.80665  # N
 LIMIT = 0.27  # A

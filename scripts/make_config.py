@@ -4,7 +4,7 @@
 from pathlib import Path
 
 from tcp_muscle_ros.muscle import SETS, Parameters
-from tcp_muscle_ros.parameter_file import render
+from tcp_muscle_ros.settings.parameter_file import render
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 HEADINGS = {

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.calibration import Calibration, Estimate, calibrate
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
-from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.findings import Diagnosis
-from tcp_muscle_ros.diagnosis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, calibrate
+from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.report.words import chance, error_text, number, percent, plain, range_text
 

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 from real_diagnoses import MOST, diagnose_group, forced_air, paragraphs
 
-from tcp_muscle_ros.diagnosis.calibration import Calibration, Estimate, calibrate
-from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.prepare import prepare
+from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, calibrate
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.csv_import import csv_files, import_runs
 from tcp_muscle_ros.recording.import_map import read_import_map

@@ -26,16 +26,16 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
-from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.holding import Conditions
-from tcp_muscle_ros.diagnosis.prepare import prepare
-from tcp_muscle_ros.diagnosis.replaying import replay
+from tcp_muscle_ros.diagnosis.answer.replaying import replay
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.holding import Conditions
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
+from tcp_muscle_ros.diagnosis.search.candidates import NEVER_TESTABLE
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
-from tcp_muscle_ros.parameter_file import read, write
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.report.style import AFTER, BEFORE, CHANNEL_AXIS, DRIVE, RECORDED, canvas, save, shown
 from tcp_muscle_ros.report.tables import SHOWN, table
+from tcp_muscle_ros.settings.parameter_file import read, write
 
 NOMINAL = Parameters.named('karami_tadesse_2017')
 RATE = 10.0  # Hz

@@ -15,8 +15,8 @@ from typing import NoReturn
 
 from tcp_muscle_ros import __version__
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.streams import forgiving
-from tcp_muscle_ros.threads import one_of_linear_algebra
+from tcp_muscle_ros.process.streams import forgiving
+from tcp_muscle_ros.process.threads import one_of_linear_algebra
 
 PROGRAM = 'tcp_muscle'
 DEBUG = 'TCP_MUSCLE_DEBUG'

@@ -1,6 +1,6 @@
 """What every test shares."""
 
-from tcp_muscle_ros.threads import one_of_linear_algebra
+from tcp_muscle_ros.process.threads import one_of_linear_algebra
 
 one_of_linear_algebra()  # before numpy comes
 

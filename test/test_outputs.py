@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import pytest
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.outputs import in_place_of, refuse_among, writable_file, writable_folder
+from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_file, writable_folder
 
 
 @contextmanager

@@ -8,8 +8,8 @@ import pytest
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS, SETS, TABLE, Parameters
-from tcp_muscle_ros.operating import OPERATING
-from tcp_muscle_ros.parameter_file import from_names, number_text, read, render
+from tcp_muscle_ros.settings.operating import OPERATING
+from tcp_muscle_ros.settings.parameter_file import from_names, number_text, read, render
 
 ROOT = Path(__file__).resolve().parent.parent
 

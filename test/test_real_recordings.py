@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.prepare import prepare
-from tcp_muscle_ros.diagnosis.replaying import replay
+from tcp_muscle_ros.diagnosis.answer.replaying import replay
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.csv_import import csv_files, import_runs
 from tcp_muscle_ros.recording.import_map import read_import_map

@@ -2,11 +2,11 @@
 
 import pytest
 
-from tcp_muscle_ros import parameter_file
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.yaml_text import NotYaml, parse
 from tcp_muscle_ros.recording.storage import custom_data
 from tcp_muscle_ros.recording.yaml_input import load_yaml
-from tcp_muscle_ros.yaml_text import NotYaml, parse
+from tcp_muscle_ros.settings import parameter_file
 
 BROKEN = [
     ('{a: 1, b: 2026-13-45}', "'2026-13-45': month must be in 1..12", (1, 11)),

@@ -6,7 +6,7 @@ import argparse
 
 from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
-from tcp_muscle_ros.outputs import add_force_argument
+from tcp_muscle_ros.files.outputs import add_force_argument
 
 # More observations a channel than this are averaged in blocks: a muscle is slow, and the fit stays within seconds.
 _MOST = 4000
@@ -32,13 +32,13 @@ def run(args: argparse.Namespace) -> int:
     """Fit, print the table, write the parameter file and its intervals."""
     from tcp_muscle_ros.commands.model_arguments import read_experiments
     from tcp_muscle_ros.commands.progress import Progress
-    from tcp_muscle_ros.diagnosis.calibration import calibrate
-    from tcp_muscle_ros.diagnosis.unknowns import SEPARABLE
+    from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+    from tcp_muscle_ros.diagnosis.hypothesis.unknowns import SEPARABLE
     from tcp_muscle_ros.errors import BadInput, nearest
-    from tcp_muscle_ros.intervals import path_beside, write_intervals
-    from tcp_muscle_ros.outputs import in_place_of, refuse_among, writable_file
-    from tcp_muscle_ros.parameter_file import read, write
+    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_file
+    from tcp_muscle_ros.report.intervals_file import path_beside, write_intervals
     from tcp_muscle_ros.report.tables import calibration_note, calibration_table
+    from tcp_muscle_ros.settings.parameter_file import read, write
 
     for name in args.separate:
         if name not in SEPARABLE:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.commands.one_run import Outcome, Task, is_done, work
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.threads import LINEAR_ALGEBRA
+from tcp_muscle_ros.process.threads import LINEAR_ALGEBRA
 
 if TYPE_CHECKING:
     import distributed

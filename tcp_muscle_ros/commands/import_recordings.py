@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from tcp_muscle_ros.outputs import add_force_argument
+from tcp_muscle_ros.files.outputs import add_force_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Import all runs; nothing is written unless all of them can be read."""
-    from tcp_muscle_ros.outputs import in_place_of, refuse_among, writable_folder
+    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_folder
     from tcp_muscle_ros.recording.bag_writer import write_recording
     from tcp_muscle_ros.recording.csv_import import csv_files, import_runs, unclaimed
     from tcp_muscle_ros.recording.import_map import read_import_map

@@ -5,12 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from tcp_muscle_ros.diagnosis.experiment import Experiment
-    from tcp_muscle_ros.diagnosis.holding import Conditions
-    from tcp_muscle_ros.parameter_file import ParameterFile
+from tcp_muscle_ros.settings.operating import DEFAULT_SET
 
-DEFAULT_SET = 'karami_tadesse_2017'
+if TYPE_CHECKING:
+    from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 
 
 def add_parameter_argument(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
@@ -25,27 +23,12 @@ def add_parameter_argument(parser: argparse.ArgumentParser, *, required: bool = 
     )
 
 
-def conditions(file: ParameterFile) -> Conditions:
-    """What the parameter file says of the run: load, ambient, end. Only what stands in it."""
-    from tcp_muscle_ros.diagnosis.holding import Conditions
-    from tcp_muscle_ros.muscle import ZERO_CELSIUS
-
-    given = file.operating
-    return Conditions(
-        load=file.number('load_n') if 'load_n' in given else None,
-        ambient=file.number('ambient_temperature_c') + ZERO_CELSIUS if 'ambient_temperature_c' in given else None,
-        end=file.text('end') if 'end' in given else None,
-        held_length=file.number('held_length_m'),
-        spring_rate=file.number('spring_rate_n_per_m'),
-        spring_rest_length=file.number('spring_rest_length_m'),
-    )
-
-
 def read_experiments(args: argparse.Namespace, paths: list[str], most: int | None = None) -> list[Experiment]:
     """Read bags as the shared arguments say and make them ready for the model."""
     from tcp_muscle_ros.commands.bag_arguments import read_bags
-    from tcp_muscle_ros.diagnosis.prepare import prepare
-    from tcp_muscle_ros.parameter_file import read
+    from tcp_muscle_ros.diagnosis.observation.observe import conditions
+    from tcp_muscle_ros.diagnosis.observation.prepare import prepare
+    from tcp_muscle_ros.settings.parameter_file import read
 
     file = read(args.params)
     return [

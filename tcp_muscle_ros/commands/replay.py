@@ -6,7 +6,7 @@ import argparse
 
 from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
-from tcp_muscle_ros.outputs import add_force_argument
+from tcp_muscle_ros.files.outputs import add_force_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,12 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Replay, print the table, write what was asked for."""
     from tcp_muscle_ros.commands.model_arguments import read_experiments
-    from tcp_muscle_ros.diagnosis.replaying import replay
-    from tcp_muscle_ros.intervals import variants
-    from tcp_muscle_ros.outputs import in_place_of, refuse_among, writable_folder
-    from tcp_muscle_ros.parameter_file import read
+    from tcp_muscle_ros.diagnosis.answer.replaying import replay
+    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_folder
+    from tcp_muscle_ros.report.intervals_file import variants
     from tcp_muscle_ros.report.overlay import write_overlay
     from tcp_muscle_ros.report.tables import comparison_table
+    from tcp_muscle_ros.settings.parameter_file import read
 
     if args.output:
         refuse_among(args.output, [args.bag, args.params])

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tcp_muscle_ros.nodes.sensors import Noise, Sensor
+from tcp_muscle_ros.muscle.sensors import Noise, Sensor
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from tcp_muscle_ros.muscle import Outputs
-    from tcp_muscle_ros.parameter_file import ParameterFile
+    from tcp_muscle_ros.settings.parameter_file import ParameterFile
 
 _SENSORS = {'temperature': 'k', 'resistance': 'ohm', 'displacement': 'm', 'force': 'n'}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
-from tcp_muscle_ros.outputs import add_force_argument
+from tcp_muscle_ros.files.outputs import add_force_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,12 +21,12 @@ def run(args: argparse.Namespace) -> int:
     import numpy as np
 
     from tcp_muscle_ros.commands.sensing import sensed
+    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_folder
     from tcp_muscle_ros.muscle import ZERO_CELSIUS, simulate
-    from tcp_muscle_ros.outputs import in_place_of, refuse_among, writable_folder
-    from tcp_muscle_ros.parameter_file import read
     from tcp_muscle_ros.recording.bag_writer import write_recording
     from tcp_muscle_ros.recording.protocol import END_OPTIONS, read_protocol
     from tcp_muscle_ros.recording.recording import Channel, Recording
+    from tcp_muscle_ros.settings.parameter_file import read
 
     refuse_among(args.output, [args.protocol, args.params])
     output = writable_folder(args.output, force=args.force)

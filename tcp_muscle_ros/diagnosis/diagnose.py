@@ -8,16 +8,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis import switching
-from tcp_muscle_ros.diagnosis.calibration import Calibration, calibrate, in_turn, quick_noise
-from tcp_muscle_ros.diagnosis.candidates import NEVER_TESTABLE
-from tcp_muscle_ros.diagnosis.conclusions import calibrated_values, conclude, summaries
-from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.findings import Diagnosis, NotTestable
-from tcp_muscle_ros.diagnosis.fitting import Fit
-from tcp_muscle_ros.diagnosis.room import as_well_as_read
-from tcp_muscle_ros.diagnosis.second_start import select_twice
-from tcp_muscle_ros.diagnosis.selection import Selection
+from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values, conclude, summaries
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, NotTestable
+from tcp_muscle_ros.diagnosis.fitting import switching
+from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
+from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.search.candidates import NEVER_TESTABLE
+from tcp_muscle_ros.diagnosis.search.second_start import select_twice
+from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 
 _LEAST_SAMPLES = 30

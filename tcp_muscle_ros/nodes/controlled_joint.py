@@ -11,7 +11,7 @@ from tcp_muscle_ros.control.antagonist import Antagonist, Side
 from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS
-from tcp_muscle_ros.operating import JOINT
+from tcp_muscle_ros.settings.operating import JOINT
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.nodes.controller_node import ControllerNode

@@ -17,7 +17,7 @@ from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import pair
 from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS
 from tcp_muscle_ros.nodes.safe_node import SafeNode
-from tcp_muscle_ros.operating import CONTROL
+from tcp_muscle_ros.settings.operating import CONTROL
 
 
 class ControllerNode(SafeNode[ControlledMuscle]):

@@ -10,7 +10,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, descriptor
 from tcp_muscle_ros.nodes.plan import Plan, naming, read_plan
-from tcp_muscle_ros.operating import JOINTS, MUSCLES
+from tcp_muscle_ros.settings.operating import JOINTS, MUSCLES
 
 _CLOCK = 'use_sim_time'
 _EFFECTS = "physics beside the paper's model: " + ', '.join(EFFECTS)

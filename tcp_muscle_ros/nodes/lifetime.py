@@ -21,9 +21,9 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 
-from tcp_muscle_ros import parameter_file
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.yaml_text import NotYaml, parse
+from tcp_muscle_ros.files.yaml_text import NotYaml, parse
+from tcp_muscle_ros.settings import parameter_file
 
 _SHARE = 1e-4  # s: how long a callback may keep a tick that is due from running; Python's own 5 ms are five ticks
 _STOP = (signal.SIGINT, signal.SIGTERM)

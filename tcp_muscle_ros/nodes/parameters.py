@@ -11,7 +11,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from tcp_muscle_ros.control.safety import Limits
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS, Parameter, Parameters
-from tcp_muscle_ros.operating import BOTH, OPERATING, Operating, read_value, shown
+from tcp_muscle_ros.settings.operating import BOTH, OPERATING, Operating, read_value, shown
 
 Value = float | int | bool | str | tuple[str, ...]
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, of_rclpy, read, read_list, read_rows
-from tcp_muscle_ros.operating import JOINT, JOINTS, MUSCLES
+from tcp_muscle_ros.settings.operating import JOINT, JOINTS, MUSCLES
 
 _NAME = re.compile(r'[A-Za-z](_?[A-Za-z0-9])*')
 

@@ -23,7 +23,7 @@ from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.outputs import writable_folder, writing
+from tcp_muscle_ros.files.outputs import writable_folder, writing
 from tcp_muscle_ros.recording.bag_writer import BagWriter, refuse_existing
 from tcp_muscle_ros.recording.recording import CHANNELS
 

@@ -12,7 +12,7 @@ from tcp_muscle_ros.nodes.plan import naming
 from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.sim_muscle import SimMuscle
-from tcp_muscle_ros.operating import JOINT
+from tcp_muscle_ros.settings.operating import JOINT
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.nodes.sim_node import SimNode

@@ -12,9 +12,9 @@ from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.safety import Kind, Limits, celsius
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Reading
+from tcp_muscle_ros.muscle.sensors import Noise, Sensor
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
-from tcp_muscle_ros.nodes.sensors import Noise, Sensor
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.nodes.sim_node import SimNode

@@ -24,7 +24,7 @@ from tcp_muscle_ros.nodes.serialized import SerializedPublisher
 from tcp_muscle_ros.nodes.sim_joint import SimJoint
 from tcp_muscle_ros.nodes.sim_muscle import SimMuscle, joint_states, make_muscle
 from tcp_muscle_ros.nodes.ticks import SECOND, ScaledTime, TimeBase
-from tcp_muscle_ros.operating import SIM
+from tcp_muscle_ros.settings.operating import SIM
 
 _CLOCK_QOS = QoSProfile(depth=1)
 

@@ -4,8 +4,8 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from tcp_muscle_ros.files.yaml_text import NotYaml, parse
 from tcp_muscle_ros.recording.cdr import Index, Payloads
-from tcp_muscle_ros.yaml_text import NotYaml, parse
 
 BATCH = 8_000_000  # bytes: an hour of a fast recording is more than a laptop should hold at once
 

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.yaml_text import NotYaml, parse
+from tcp_muscle_ros.files.yaml_text import NotYaml, parse
 
 
 class Section:

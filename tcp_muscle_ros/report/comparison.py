@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.replaying import Comparison
+from tcp_muscle_ros.diagnosis.answer.replaying import Comparison
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.report.style import CHANNEL_AXIS, DRIVE, PREDICTED, RECORDED, canvas, save, shown
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from tcp_muscle_ros.diagnosis.findings import Diagnosis, Series
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Series
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.report.style import (
     AFTER,

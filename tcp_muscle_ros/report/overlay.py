@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.findings import Series
-from tcp_muscle_ros.diagnosis.replaying import Comparison
+from tcp_muscle_ros.diagnosis.answer.findings import Series
+from tcp_muscle_ros.diagnosis.answer.replaying import Comparison
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.recording.bag_writer import write_recordings
 from tcp_muscle_ros.recording.recording import Channel, Recording
 

@@ -2,18 +2,16 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from statistics import median
 from textwrap import wrap
 
-from tcp_muscle_ros.diagnosis.experiment import Holding
-from tcp_muscle_ros.diagnosis.findings import Diagnosis, Proposal, Value
-from tcp_muscle_ros.diagnosis.unknowns import AMBIENT
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS, Parameters
-from tcp_muscle_ros.parameter_file import Value as Setting
-from tcp_muscle_ros.parameter_file import describe, number_text, write
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Proposal, Value
+from tcp_muscle_ros.diagnosis.answer.improved import operating_with_room, physics_only
+from tcp_muscle_ros.diagnosis.observation.imposed import Holding
+from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
 from tcp_muscle_ros.report.words import at_edge, chance, interval_text, plain
+from tcp_muscle_ros.settings.parameter_file import Value as Setting
+from tcp_muscle_ros.settings.parameter_file import describe, number_text, write
 
-_SAME_ROOM = 1.0  # K
 _WIDTH = 110  # of comments
 
 
@@ -83,20 +81,6 @@ def write_improved(path: str | Path, diagnosis: Diagnosis, operating: Mapping[st
     write(
         path, muscle, operating=operating_with_room(diagnosis, operating), heading=folded, note=_note(diagnosis, muscle)
     )
-
-
-def operating_with_room(diagnosis: Diagnosis, operating: Mapping[str, Setting] | None = None) -> dict[str, Setting]:
-    """The operating parameters with the ambient temperature that all recordings share, where they do."""
-    found = [v.value for name, v in diagnosis.sensors.items() if name.startswith(f'{AMBIENT} [')]
-    same = bool(found) and max(found) - min(found) < _SAME_ROOM
-    room: dict[str, Setting] = {'ambient_temperature_c': median(found) - ZERO_CELSIUS} if same else {}
-    return {**(operating or {}), **room}
-
-
-def physics_only(parameters: Parameters) -> Parameters:
-    """The same muscle without effects of sensors, which belong to a rig and not to a muscle."""
-    kept = [name for name in parameters.effects if EFFECTS[name].stage != 'sensor']
-    return parameters.only_effects(kept)
 
 
 def _note(diagnosis: Diagnosis, muscle: Parameters) -> Callable[[str], str]:

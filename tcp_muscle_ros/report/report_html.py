@@ -6,7 +6,7 @@ from html import escape
 from math import isfinite
 from pathlib import Path
 
-from tcp_muscle_ros.diagnosis.findings import Diagnosis, Finding, Value
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Finding, Value
 from tcp_muscle_ros.report.diagnosis_figures import Figure
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL
 from tcp_muscle_ros.report.words import (

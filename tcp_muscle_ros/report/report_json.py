@@ -13,16 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.findings import (
-    ChannelFit,
-    Diagnosis,
-    Finding,
-    Location,
-    Proposal,
-    RecordingSummary,
-    Unexplained,
-    Value,
-)
+from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Diagnosis, Finding, Proposal, RecordingSummary, Value
+from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.report.words import at_edge, driver_range, own_parameters
 
 SCHEMA = 'tcp_muscle_ros/diagnosis-1'

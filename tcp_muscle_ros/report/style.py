@@ -13,8 +13,8 @@ from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.outputs import writable_file
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.outputs import writable_file
 
 RECORDED, PREDICTED, IMPROVED, SETPOINT, DRIVE = '#000000', '#D55E00', '#0072B2', '#009E73', '#CC79A7'
 BEFORE, AFTER, HEATING, COOLING, LOAD, OTHER = PREDICTED, IMPROVED, '#D55E00', '#56B4E9', '#009E73', '#888888'

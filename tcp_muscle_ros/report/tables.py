@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from tcp_muscle_ros.diagnosis.calibration import Calibration, Estimate
-from tcp_muscle_ros.diagnosis.replaying import Comparison
+from tcp_muscle_ros.diagnosis.answer.replaying import Comparison
+from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate
 from tcp_muscle_ros.muscle import SPECIFICATIONS
-from tcp_muscle_ros.parameter_file import describe
+from tcp_muscle_ros.settings.parameter_file import describe
 
 # How people read a channel: unit and factor from SI (differences of temperature are the same in K and degC).
 SHOWN = {'temperature': ('K', 1.0), 'resistance': ('ohm', 1.0), 'displacement': ('mm', 1e3), 'force': ('mN', 1e3)}

@@ -2,7 +2,7 @@
 
 from textwrap import shorten, wrap
 
-from tcp_muscle_ros.diagnosis.findings import Diagnosis, Finding
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Finding
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 from tcp_muscle_ros.report.report_json import PROTOCOL
 from tcp_muscle_ros.report.tables import table

@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from tcp_muscle_ros.control.offline import Run, Sensors, run
 from tcp_muscle_ros.muscle import Muscle, Parameters
 from tcp_muscle_ros.recording.recording import Recording
-from tcp_muscle_ros.report import control_study as study
 from tcp_muscle_ros.report.style import (
     CHANNEL_AXIS,
     DRIVE,
@@ -22,6 +21,7 @@ from tcp_muscle_ros.report.style import (
     save,
     shown,
 )
+from tcp_muscle_ros.studies import control_study as study
 
 _COLOUR = {'model': IMPROVED, 'pid': PREDICTED}
 _NAME = {'model': 'model inverse with observer', 'pid': 'plain PID'}

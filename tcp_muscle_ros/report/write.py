@@ -3,16 +3,16 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment
-from tcp_muscle_ros.diagnosis.findings import Diagnosis
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.outputs import in_place_of, writable_folder
-from tcp_muscle_ros.parameter_file import Value as Setting
+from tcp_muscle_ros.files.outputs import in_place_of, writable_folder
 from tcp_muscle_ros.report.diagnosis_figures import draw_all
 from tcp_muscle_ros.report.overlay import write_diagnosis_overlay
 from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
 from tcp_muscle_ros.report.report_html import write_html
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, write_json
+from tcp_muscle_ros.settings.parameter_file import Value as Setting
 
 
 def refuse_report(directory: str | Path, *, force: bool = False) -> Path:

@@ -1,1 +1,1 @@
-"""How a muscle is run and where its values stand: operating parameters, and ROS parameter files."""
+"""How a muscle is run and where its values stand: operating parameters, ROS parameter files, and rig files."""

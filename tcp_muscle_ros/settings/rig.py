@@ -23,9 +23,9 @@ from pathlib import Path
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS
 from tcp_muscle_ros.muscle.effects.clock_skew import CHANNELS as DELAYED
-from tcp_muscle_ros.operating import OPERATING, Operating, read_value
 from tcp_muscle_ros.recording.recording import OUTPUTS
 from tcp_muscle_ros.recording.yaml_input import Section, as_number, load_yaml
+from tcp_muscle_ros.settings.operating import OPERATING, Operating, read_value
 
 CURRENT = 'current'
 _UNIT = {'temperature': 'K', 'resistance': 'ohm', 'displacement': 'm', 'force': 'N', CURRENT: 'A'}

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from report.diagnoses import NOMINAL, match
 
-from tcp_muscle_ros.commands.diagnose import with_issues
-from tcp_muscle_ros.diagnosis.prepare import prepare
-from tcp_muscle_ros.parameter_file import read
+from tcp_muscle_ros.diagnosis.answer.issues import with_issues
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.recording.bag_writer import write_recording
 from tcp_muscle_ros.recording.mending import Mended
 from tcp_muscle_ros.recording.recording import Channel, Recording
 from tcp_muscle_ros.report.report_json import schema
+from tcp_muscle_ros.settings.parameter_file import read
 
 TOOL = (sys.executable, '-m', 'tcp_muscle_ros.tool')
 

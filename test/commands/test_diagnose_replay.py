@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from commands import faulty_bags as bags
 
-from tcp_muscle_ros.parameter_file import read
+from tcp_muscle_ros.settings.parameter_file import read
 from tcp_muscle_ros.tool import main
 
 

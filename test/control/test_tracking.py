@@ -16,9 +16,9 @@ from tcp_muscle_ros.control.setpoint import Slope
 from tcp_muscle_ros.control.tracking import MODES, Command, Settings
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Parameters, simulate
-from tcp_muscle_ros.operating import OPERATING
-from tcp_muscle_ros.report import control_study as study
-from tcp_muscle_ros.report.tracking_figures import rms_error
+from tcp_muscle_ros.settings.operating import OPERATING
+from tcp_muscle_ros.studies import control_study as study
+from tcp_muscle_ros.studies.step_response import rms_error
 
 MODEL = Parameters.named('karami_tadesse_2017')
 STEPS = [(0.27, 0.020), (0.27, 0.040), (0.40, 0.020), (0.40, 0.040)]

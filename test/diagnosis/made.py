@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Observed
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle import Parameters, simulate
 
 NOMINAL = Parameters.named('karami_tadesse_2017')

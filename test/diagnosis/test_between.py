@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tcp_muscle_ros.diagnosis.between import bends, weights
-from tcp_muscle_ros.diagnosis.blocks import averaged
-from tcp_muscle_ros.diagnosis.experiment import Observed
+from tcp_muscle_ros.diagnosis.observation.between import bends, weights
+from tcp_muscle_ros.diagnosis.observation.blocks import averaged
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.recording.recording import Channel
 
 TAU = 3.0  # s

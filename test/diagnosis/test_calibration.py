@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.experiment import Experiment, Observed
-from tcp_muscle_ros.diagnosis.holding import Conditions
-from tcp_muscle_ros.diagnosis.prepare import prepare
-from tcp_muscle_ros.diagnosis.unknowns import base_unknowns
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.holding import Conditions
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import simulate
 from tcp_muscle_ros.recording.recording import Channel, Recording
 

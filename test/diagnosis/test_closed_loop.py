@@ -5,8 +5,10 @@ import pytest
 from diagnosis.made import NOMINAL, TIME, experiment
 
 from tcp_muscle_ros.control.tracking import TrackingController
-from tcp_muscle_ros.diagnosis.closed_loop import is_closed_loop
-from tcp_muscle_ros.diagnosis.experiment import FOLLOWS_SETPOINT, Experiment, Holding, Imposed, Observed
+from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import FOLLOWS_SETPOINT, Holding, Imposed
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle import Muscle
 
 NOISE = 5e-5  # m

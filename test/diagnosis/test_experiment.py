@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tcp_muscle_ros.diagnosis.holding import Conditions
-from tcp_muscle_ros.diagnosis.prepare import prepare
+from tcp_muscle_ros.diagnosis.observation.holding import Conditions
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters, simulate
 from tcp_muscle_ros.recording.recording import Channel, Recording

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.candidates import screen
-from tcp_muscle_ros.diagnosis.discrepancy import expected, whitening_of
-from tcp_muscle_ros.diagnosis.experiment import Observed
-from tcp_muscle_ros.diagnosis.forms import allowing_forms
-from tcp_muscle_ros.diagnosis.noise import Noise
-from tcp_muscle_ros.diagnosis.rivals import FORM, rivals_for
-from tcp_muscle_ros.diagnosis.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.forms import FORM, allowing_forms
+from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.noise.discrepancy import expected, whitening_of
+from tcp_muscle_ros.diagnosis.noise.noise import Noise
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.diagnosis.search.candidates import screen
+from tcp_muscle_ros.diagnosis.search.rivals import rivals_for
 
 
 @pytest.mark.parametrize('phi', [0.0, 0.7])

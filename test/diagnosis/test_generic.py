@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tcp_muscle_ros.diagnosis.generic import Drivers, structure
+from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, structure
 
 NOISE = 5e-5  # m
 PERIOD = 70.0  # s

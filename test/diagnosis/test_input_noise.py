@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from diagnosis import truth
 
-from tcp_muscle_ros.diagnosis import prepare as prepare_module
-from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.input_noise import held, noise_of, quiet, still_air
-from tcp_muscle_ros.diagnosis.prepare import prepare
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.observation import prepare as prepare_module
+from tcp_muscle_ros.diagnosis.observation.input_noise import held, noise_of, quiet, still_air
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.recording import Channel
 

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Observed
-from tcp_muscle_ros.diagnosis.late import Late, taken_out
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
+from tcp_muscle_ros.diagnosis.observation.late import Late, taken_out
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle import simulate
 
 SAMPLE = 0.05

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, with_effect
-from tcp_muscle_ros.diagnosis.fitting import fit
-from tcp_muscle_ros.diagnosis.next_experiment import Under, experiment_of, kept, plans, propose, separation
-from tcp_muscle_ros.diagnosis.rivals import penalised, rivals_for, shrink
+from tcp_muscle_ros.diagnosis.answer.next_experiment import Under, experiment_of, kept, plans, propose, separation
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, with_effect
+from tcp_muscle_ros.diagnosis.search.rivals import penalised, rivals_for, shrink
 
 CHANNELS = ['temperature', 'resistance', 'displacement']
 LATE = TRUE.with_effects('thermocouple_lag').replace({'thermocouple_lag.tau': 0.3})

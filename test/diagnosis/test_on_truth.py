@@ -3,14 +3,14 @@
 import pytest
 from diagnosis.truth import recordings
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn
-from tcp_muscle_ros.diagnosis.candidates import screen
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
-from tcp_muscle_ros.diagnosis.forms import allowing_forms
-from tcp_muscle_ros.diagnosis.prepare import prepare
-from tcp_muscle_ros.diagnosis.rivals import rivals_for
-from tcp_muscle_ros.diagnosis.slips import slipped
-from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms
+from tcp_muscle_ros.diagnosis.fitting.slips import slipped
+from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
+from tcp_muscle_ros.diagnosis.search.candidates import screen
+from tcp_muscle_ros.diagnosis.search.rivals import rivals_for
 from tcp_muscle_ros.muscle import Parameters
 
 NOMINAL = Parameters.named('karami_tadesse_2017')

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Observed
-from tcp_muscle_ros.diagnosis.replicates import copies, done_twice, pure_error
+from tcp_muscle_ros.diagnosis.noise.replicates import copies, done_twice, pure_error
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
 
 NOISE = 5e-5
 TIME = np.arange(0.0, 200.0, 0.2)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.draught import with_course, without_course
-from tcp_muscle_ros.diagnosis.experiment import Draught
-from tcp_muscle_ros.diagnosis.generic import hats
-from tcp_muscle_ros.diagnosis.room import as_well_as_read, knots_of, responses
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.draught import with_course, without_course
+from tcp_muscle_ros.diagnosis.fitting.generic import hats
+from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read, knots_of, responses
+from tcp_muscle_ros.diagnosis.observation.experiment import Draught
 from tcp_muscle_ros.muscle import simulate
 
 CHANNELS = ('temperature', 'resistance', 'displacement')

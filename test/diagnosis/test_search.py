@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate, in_turn
-from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, variants
-from tcp_muscle_ros.diagnosis.holdout import confirmation
-from tcp_muscle_ros.diagnosis.rivals import grow, rivals_for
-from tcp_muscle_ros.diagnosis.sandwich import inflation
-from tcp_muscle_ros.diagnosis.sentences import finding_sentence
-from tcp_muscle_ros.diagnosis.unknowns import effect_unknowns
-from tcp_muscle_ros.diagnosis.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.sandwich import inflation
+from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants
+from tcp_muscle_ros.diagnosis.search.holdout import confirmation
+from tcp_muscle_ros.diagnosis.search.rivals import grow, rivals_for
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
 LOADS = np.select([np.mod(TIME, 70.0) < 20.0, np.mod(TIME, 70.0) < 45.0], [0.3, 1.2], 0.6)
@@ -105,7 +105,7 @@ def test_intervals_widen_where_the_same_is_missed_in_the_same_state_each_time():
 
 
 def test_a_finding_names_the_channel_that_is_late():
-    from tcp_muscle_ros.diagnosis.findings import Value
+    from tcp_muscle_ros.diagnosis.answer.findings import Value
 
     values = {'d': Value(0.4, 0.35, 0.45, 's'), 'channel': Value(1.0, 1.0, 1.0, '1')}
     said = finding_sentence('clock_skew', values, ())

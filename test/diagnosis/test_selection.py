@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import aged, calibrate, in_turn, quick_noise
-from tcp_muscle_ros.diagnosis.candidates import Candidate, screen, variants, with_effect
-from tcp_muscle_ros.diagnosis.company import good_company, least_of_rest, stands_apart
-from tcp_muscle_ros.diagnosis.fitting import fit
-from tcp_muscle_ros.diagnosis.holdout import HeldOut, conditions, improvement, touched
-from tcp_muscle_ros.diagnosis.rivals import Rival, begins, prefer, rivals_for
-from tcp_muscle_ros.diagnosis.selection import select
-from tcp_muscle_ros.diagnosis.weighing import calmed, settle_noise, structures
-from tcp_muscle_ros.diagnosis.work import Work
+from tcp_muscle_ros.diagnosis.fitting.calibration import aged, calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, structures
+from tcp_muscle_ros.diagnosis.hypothesis.work import Work
+from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants, with_effect
+from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
+from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, prefer, rivals_for
+from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
 CHANNELS = ('temperature', 'resistance', 'displacement')

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, experiment
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.selection import select
-from tcp_muscle_ros.diagnosis.shared import notes, shared_misfit, wandering
+from tcp_muscle_ros.diagnosis.answer.notes import on_shared
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.search.selection import select
+from tcp_muscle_ros.diagnosis.search.shared import shared_misfit, wandering
 
 CHANNELS = ['temperature', 'resistance', 'displacement']
 
@@ -62,9 +63,9 @@ def test_it_is_said_only_where_it_is_what_is_unexplained(draughty):
     selection = replace(select(draughty, ()), final=draughty)
     found = wandering(selection)
     assert found.stage == 'thermal'
-    assert any('goes together' in note for note in notes(selection, found))
-    assert notes(selection, None) == ()
-    assert notes(selection, replace(found, driver='temperature')) == ()
+    assert any('goes together' in note for note in on_shared(selection, found))
+    assert on_shared(selection, None) == ()
+    assert on_shared(selection, replace(found, driver='temperature')) == ()
 
 
 def test_slow_noise_of_each_sensor_by_itself_is_its_own(recordings):

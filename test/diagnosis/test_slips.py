@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from diagnosis.truth import recordings
 
-from tcp_muscle_ros.diagnosis.calibration import calibrate
-from tcp_muscle_ros.diagnosis.fitting import fit
-from tcp_muscle_ros.diagnosis.prepare import prepare
-from tcp_muscle_ros.diagnosis.slips import leapt, mean_leakage, slipped
-from tcp_muscle_ros.diagnosis.weighing import refitted, settle_noise
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.fitting.slips import leapt, mean_leakage, slipped
+from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 
 NOMINAL = Parameters.named('karami_tadesse_2017')

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from diagnosis import truth
 
-from tcp_muscle_ros.diagnosis.blocks import switches
-from tcp_muscle_ros.diagnosis.calibration import calibrate
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
-from tcp_muscle_ros.diagnosis.prepare import prepare
-from tcp_muscle_ros.diagnosis.switching import settled
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.switching import settled
+from tcp_muscle_ros.diagnosis.observation.blocks import switches
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.recording import Channel
 

@@ -18,7 +18,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.nodes.plan import read_plan
-from tcp_muscle_ros.operating import CONTROL, SIM
+from tcp_muscle_ros.settings.operating import CONTROL, SIM
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 HAND = CONFIG / 'hand.yaml'

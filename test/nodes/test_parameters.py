@@ -13,7 +13,7 @@ from tcp_muscle_ros.control import tracking
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.nodes.parameters import KNOWN, descriptor, read, read_effects, read_value
-from tcp_muscle_ros.operating import CONTROL, OPERATING, SIM
+from tcp_muscle_ros.settings.operating import CONTROL, OPERATING, SIM
 
 
 def test_without_overrides_the_muscle_is_set_a():

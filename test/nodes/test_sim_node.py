@@ -18,7 +18,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from tcp_muscle_ros.muscle import Muscle, Parameters
-from tcp_muscle_ros.operating import OPERATING
+from tcp_muscle_ros.settings.operating import OPERATING
 
 pytestmark = pytest.mark.processes
 

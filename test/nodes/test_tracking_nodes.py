@@ -8,8 +8,8 @@ import pytest
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.nodes.session import Session
 from tcp_muscle_ros.recording.bag import read_bag
-from tcp_muscle_ros.report import control_study as study
-from tcp_muscle_ros.report.tracking_session import judge, largest_gap
+from tcp_muscle_ros.studies import control_study as study
+from tcp_muscle_ros.studies.tracking_session import judge, largest_gap
 
 pytestmark = [pytest.mark.processes, pytest.mark.slow]
 MODEL = Parameters.named('karami_tadesse_2017')

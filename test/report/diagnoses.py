@@ -7,23 +7,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.experiment import Experiment, Holding, Imposed, Observed
-from tcp_muscle_ros.diagnosis.findings import (
+from tcp_muscle_ros.diagnosis.answer.findings import (
     Change,
     ChannelFit,
     Diagnosis,
-    Driver,
     Finding,
-    Location,
     NotTestable,
     Proposal,
     Ranked,
     RecordingSummary,
     Series,
     Step,
-    Unexplained,
     Value,
 )
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.diagnosis.search.location import Driver, Location, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 
 NOMINAL = Parameters.named('karami_tadesse_2017')

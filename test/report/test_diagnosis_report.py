@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 from report.diagnoses import ALL, NOMINAL, convection_or_radiation, creep, experiment, match, sensor_or_setup, series_of
 
-from tcp_muscle_ros.diagnosis.findings import VERDICTS, Value
-from tcp_muscle_ros.diagnosis.replaying import replay
+from tcp_muscle_ros.diagnosis.answer.findings import VERDICTS, Value
+from tcp_muscle_ros.diagnosis.answer.replaying import replay
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS
-from tcp_muscle_ros.parameter_file import read
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.protocol import read_protocol
 from tcp_muscle_ros.report import words
@@ -25,6 +24,7 @@ from tcp_muscle_ros.report.report_html import render
 from tcp_muscle_ros.report.report_json import as_data, schema
 from tcp_muscle_ros.report.terminal import LINES, WIDTH, summary
 from tcp_muscle_ros.report.write import refuse_report, write_report
+from tcp_muscle_ros.settings.parameter_file import read
 
 # The names of the report's contract, as programs rely on them: key -> keys below it.
 CONTRACT = {

@@ -1,0 +1,368 @@
+"""What a selection means: findings with their intervals, where, what remains, the verdict, and the better muscle."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.answer.findings import (
+    Change,
+    ChannelFit,
+    Diagnosis,
+    Finding,
+    NotTestable,
+    Proposal,
+    Ranked,
+    RecordingSummary,
+    Series,
+    Value,
+)
+from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
+from tcp_muscle_ros.diagnosis.answer.notes import on_shared, on_slips
+from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, headline
+from tcp_muscle_ros.diagnosis.fitting import slips
+from tcp_muscle_ros.diagnosis.fitting.calibration import aged, unit_of
+from tcp_muscle_ros.diagnosis.fitting.forms import FORM
+from tcp_muscle_ros.diagnosis.fitting.generic import drivers
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
+from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.search.company import THRESHOLD
+from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Location, Unexplained, locate, worst_channel
+from tcp_muscle_ros.diagnosis.search.remaining import unexplained
+from tcp_muscle_ros.diagnosis.search.rivals import shrink
+from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
+
+# Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
+LEAST_SIGNAL = 3.0
+_MATTERS = 0.02  # of what a parameter may differ by, a priori
+
+
+def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]:
+    """Each recording as it was read."""
+    found = []
+    for e in experiments:
+        count = max(float(o.count.sum()) for o in e.observed.values())
+        channels = (e.imposed.kind, *e.observed)
+        found.append(RecordingSummary(e.name, e.duration, count / max(e.duration, 1e-9), channels, e.notes))
+    return tuple(found)
+
+
+def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = None) -> dict[str, Value]:
+    """The calibrated parameters of the muscle, with intervals.
+
+    What the effects move them by, as against a fit ``without`` any, is known as well as the effects' form is.
+    """
+    bare = dict(zip((u.key for u in without.problem.unknowns), without.z, strict=True)) if without else {}
+    found = {}
+    for k, u in enumerate(fitted.problem.unknowns):
+        if u.recording is not None or '.' in u.name or u.name in (AMBIENT, START):
+            continue
+        low, high = fitted.interval(k, beside=FORM * abs(float(fitted.z[k]) - bare.get(u.key, float(fitted.z[k]))))
+        value = u.from_fit(float(fitted.z[k]))
+        fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
+        edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
+        found[u.name] = Value(value, low, high, unit_of(u.name), nominal[u.name], fixed, edge)
+    return found
+
+
+def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
+    found = {}
+    leakage = slips.mean_leakage(fitted) if effect == slips.EFFECT else None
+    if leakage is not None:
+        rate, beside = leakage[0], 1.645 * leakage[1]
+        row = SPECIFICATIONS[slips.RATE]
+        found[row.name] = Value(rate, max(rate - beside, row.low), min(rate + beside, row.high), row.unit)
+    for k, u in enumerate(fitted.problem.unknowns):
+        if not u.name.startswith(f'{effect}.'):
+            continue
+        low, high = fitted.interval(k)
+        value = u.from_fit(float(fitted.z[k]))
+        edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
+        row = SPECIFICATIONS[u.name]
+        usual = float('nan') if EFFECTS[effect].strength == row.name else row.value
+        fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
+        owner = '' if u.recording is None else f' [{u.recording + 1}]'
+        found[row.name + owner] = Value(value, low, high, row.unit, usual, fixed, edge)
+    for row in EFFECTS[effect].parameters:
+        if row.choices:
+            chosen = fitted.problem.parameters[f'{effect}.{row.name}']
+            found[row.name] = Value(chosen, chosen, chosen, row.unit, row.value)
+    return found
+
+
+def _sensors(fitted: Fit, chosen: Sequence[Chosen]) -> dict[str, Value]:
+    """Sensor nuisances: effects of the sensor stage, and what each recording started from."""
+    found: dict[str, Value] = {}
+    for c in chosen:
+        if EFFECTS[c.effect].stage == 'sensor':
+            found |= {f'{c.effect}.{name}': v for name, v in _effect_values(fitted, c.effect).items()}
+    for k, u in enumerate(fitted.problem.unknowns):
+        if u.recording is not None and u.name in (AMBIENT, START):
+            low, high = fitted.interval(k)
+            found[f'{u.name} [{u.recording + 1}]'] = Value(u.from_fit(float(fitted.z[k])), low, high, 'K', u.start)
+    return found
+
+
+def _nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:
+    """What the nominal muscle shows, each recording at rest at its stated ambient, zeros of the rig taken out."""
+    found = []
+    for experiment in fitted.problem.experiments:
+        predicted = replace(experiment, slips=()).predict(nominal)
+        for name in FLOATING_ZERO:
+            if name in predicted:
+                predicted[name] = predicted[name] + np.mean(experiment.observed[name].value - predicted[name])
+        found.append(predicted)
+    return found
+
+
+def _fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
+    calibrated = selection.before.rmse()
+    improved = selection.after.rmse()
+    squares: dict[str, list[float]] = {}
+    for experiment, predicted in zip(
+        selection.final.problem.experiments, _nominal_predictions(selection.final, nominal), strict=True
+    ):
+        for name, o in experiment.observed.items():
+            entry = squares.setdefault(name, [0.0, 0.0])
+            entry[0] += float(np.sum((o.value - predicted[name]) ** 2))
+            entry[1] += o.time.size
+    nominal_rmse = {name: float(np.sqrt(s / n)) for name, (s, n) in squares.items()}
+    return {
+        name: ChannelFit(
+            nominal_rmse[name],
+            calibrated.get(name, float('nan')),
+            improved.get(name, float('nan')),
+            selection.structure_after[name].noise.sigma,
+            name in improved,
+        )
+        for name in nominal_rmse
+    }
+
+
+def _most_improved(selection: Selection) -> str | None:
+    """The channel of whose misfit the chosen effects take the largest share away; None where none were chosen."""
+    if not selection.chosen:
+        return None
+    had, has = selection.calibrated.mean_square, selection.final.mean_square
+    return min(had, key=lambda name: has[name] / had[name])
+
+
+def _findings(selection: Selection, location: Location | None) -> tuple[Finding, ...]:
+    final = selection.final
+    before, after = selection.before.rmse(), selection.after.rmse()
+    change = {name: Change(before[name], after[name]) for name in after if name in before}
+    found = []
+    for c in selection.chosen:
+        effect = EFFECTS[c.effect]
+        values = _effect_values(final, c.effect)
+        found.append(
+            Finding(
+                c.effect,
+                effect.stage,
+                finding_sentence(c.effect, values, c.indistinguishable),
+                effect.equation,
+                values,
+                c.confidence,
+                c.indistinguishable,
+                change,
+                c.drop,
+            )
+        )
+    # Physics before sensors, the stronger first.
+    return tuple(sorted(found, key=lambda f: (f.stage == 'sensor', -f.gain)))
+
+
+def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[NotTestable, ...]:
+    found = [NotTestable(name, why) for name, why in untried.items()]
+    chosen = {c.effect for c in selection.chosen}
+    hidden = (
+        'at plausible strength it would change these recordings by less than their noise once the parameters are '
+        'recalibrated'
+    )
+    found += [
+        NotTestable(name, hidden)
+        for name in EFFECTS
+        if name not in untried and name not in chosen and selection.first.signals.get(name, 0.0) < LEAST_SIGNAL
+    ]
+    return tuple(found)
+
+
+def _proposal(selection: Selection) -> Proposal | None:
+    """The experiment that tells the strongest finding of which there is doubt from what the data admit in its place."""
+    for c in selection.chosen:
+        if not c.indistinguishable:
+            continue
+        rivals = {r.effect: r for r in c.rivals}
+        alike = [rivals[name] for name in (c.effect, *c.indistinguishable)]
+        return propose(alike, shrink(alike[0].fit, c.effect), c.drop)
+    return None
+
+
+def _parameters_wrong(selection: Selection, nominal: Parameters) -> bool:
+    """Whether recalibration mattered: the muscle's parameters lie outside what the data leave around nominal.
+
+    All together, for what the data fix may be a combination, such as C/hA, and none of its members.
+    """
+    fitted = selection.calibrated
+    mine = [k for k, u in enumerate(fitted.problem.unknowns) if u.recording is None and '.' not in u.name]
+    unknowns = [fitted.problem.unknowns[k] for k in mine]
+    shift = np.array([float(fitted.z[k]) - u.to_fit(nominal[u.name]) for k, u in zip(mine, unknowns, strict=True)])
+    scale = np.array([max(u.prior_spread, 1e-9) for u in unknowns])
+    distance = shift @ np.linalg.pinv(fitted.covariance[np.ix_(mine, mine)], hermitian=True) @ shift
+    return bool(distance > THRESHOLD + len(mine) and np.max(np.abs(shift) / scale) > _MATTERS)
+
+
+def _verdict(findings: Sequence[Finding], unexplained: Unexplained | None, wrong: bool) -> str:
+    if any(f.stage != 'sensor' for f in findings):
+        return 'missing_physics'
+    if unexplained is not None:
+        return 'unexplained'
+    if findings:
+        return 'sensor_or_setup'
+    return 'wrong_parameters' if wrong else 'match'
+
+
+def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ...], ...]:
+    calibrated, final = selection.calibrated, selection.final
+    nominals = _nominal_predictions(final, nominal)
+    rows = []
+    for k, experiment in enumerate(final.problem.experiments):
+        outputs = final.outputs[k]
+        first, last = calibrated.left[k], final.left[k]
+        row = []
+        for name, o in experiment.observed.items():
+            d = drivers(experiment, outputs, o.time)
+            row.append(
+                Series(
+                    name,
+                    o.time,
+                    o.value,
+                    nominals[k][name],
+                    o.value - first[name],
+                    o.value - last[name],
+                    d.temperature,
+                    d.rate,
+                    d.heating,
+                )
+            )
+        rows.append(tuple(row))
+    return tuple(rows)
+
+
+def improved_muscle(selection: Selection) -> Parameters:
+    """The muscle with its calibrated parameters and physics.
+
+    What belongs to the sensors stays in the report, and so do circumstances that differed from recording to recording;
+    of slips at their own instants it keeps the mean.
+    """
+    final = selection.final
+    muscle = final.muscle
+    own = {u.name.split('.')[0] for u in final.problem.unknowns if '.' in u.name and u.recording is not None}
+    physics = [e for e in muscle.effects if EFFECTS[e].stage != 'sensor' and e not in own]
+    leakage = slips.mean_leakage(final) if selection.leapt is None else None
+    if leakage is None:
+        return muscle.only_effects(physics)
+    return muscle.only_effects([*physics, slips.EFFECT]).replace({slips.RATE: leakage[0], slips.FROM: 0.0})
+
+
+def conclude(
+    selection: Selection, nominal: Parameters, untried: Mapping[str, str], seconds: Mapping[str, float]
+) -> Diagnosis:
+    """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why."""
+    remains = unexplained(selection)
+    before = selection.structure_before
+    channel = worst_channel(before) or _most_improved(selection)
+    location = None
+    if channel is not None:
+        stage = EFFECTS[selection.chosen[0].effect].stage if selection.chosen else STAGE_OF[channel]
+        location = locate(selection.calibrated, before, channel, stage)
+    findings = _findings(selection, location)
+    wrong = _parameters_wrong(selection, nominal)
+    verdict = _verdict(findings, remains, wrong)
+    fits = _fits(selection, nominal)
+    refitted = selection.first.refitted
+    ranking = tuple(
+        Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
+    )
+    experiments = selection.final.problem.experiments
+    return Diagnosis(
+        headline=headline(verdict, findings, location, fits, remains),
+        verdict=verdict,
+        recordings=summaries(experiments),
+        noise={name: s.noise.sigma for name, s in selection.structure_after.items()},
+        calibration=calibrated_values(selection.final, nominal, selection.calibrated),
+        sensors=_sensors(selection.final, selection.chosen),
+        location=location if verdict not in ('match', 'wrong_parameters') else None,
+        findings=findings,
+        fit=fits,
+        ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
+        not_testable=_not_testable(selection, untried),
+        unexplained=remains,
+        next_experiment=_proposal(selection),
+        nominal=nominal,
+        improved=improved_muscle(selection),
+        drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
+        series=_series(selection, nominal),
+        notes=(
+            *notes(experiments),
+            *_age(selection.final),
+            *on_slips(selection),
+            *on_shared(selection, remains),
+            *_unseen(selection),
+            *_cut_short(selection),
+        ),
+        seconds=dict(seconds),
+    )
+
+
+def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
+    """What the kind of recording costs: no thermometer, one recording, a drive that follows the muscle."""
+    found = []
+    if not any('temperature' in e.observed for e in experiments):
+        found.append(
+            'no thermometer was recorded: the temperature is inferred from the input; hA, C and the stroke gain '
+            'are known in combination only, and thermal and mechanical causes are hard to tell apart'
+        )
+    if len(experiments) < 3:
+        few = 'a single recording: held out are stretches of it' if len(experiments) == 1 else ''
+        found.append(f'{few or "two recordings: held out are stretches of them"}, no other condition')
+    if any(is_closed_loop(e) for e in experiments):
+        found.append(
+            'the drive follows the muscle (closed loop): the controller hides in the current what it corrects in the '
+            'displacement, so that creep, hysteresis and a loss of stroke show little; record open-loop steps to see '
+            'them'
+        )
+    return tuple(found)
+
+
+def _age(fitted: Fit) -> tuple[str, ...]:
+    """How old the muscle is now, where it ages: what is written is its age before the first recording."""
+    problem = fitted.problem
+    after = aged((*problem.experiments, problem.experiments[0]), fitted.outputs)[-1]
+    now = replace(problem, experiments=(after,)).muscle({}, 0)
+    return tuple(
+        f'{name} was {problem.parameters[name]:.4g} before the first recording and is {now[name]:.4g} after the last: '
+        f'set it so for the muscle as it is now'
+        for name in problem.ages
+    )
+
+
+def _unseen(selection: Selection) -> tuple[str, ...]:
+    """That stretches were held out where recordings might have been."""
+    if selection.other_conditions or len(selection.final.problem.experiments) < 3:
+        return ()
+    return (
+        'held out are stretches of the recordings, no other condition: what was found cannot be learnt from the other '
+        'recordings alone',
+    )
+
+
+def _cut_short(selection: Selection) -> tuple[str, ...]:
+    """That more might have been tried."""
+    if selection.final.problem.work.left:
+        return ()
+    return ('the search was cut short: with fewer or shorter recordings at once more could be tried',)

@@ -1,0 +1,44 @@
+"""What is handed on of the better muscle: its physics and the room, and how well that alone replays."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from statistics import median
+
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
+from tcp_muscle_ros.diagnosis.answer.replaying import replayed_rmse
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT
+from tcp_muscle_ros.diagnosis.observation.observe import conditions
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
+from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.recording.recording import Recording
+from tcp_muscle_ros.settings.parameter_file import ParameterFile, Value
+
+_SAME_ROOM = 1.0  # K
+
+
+def operating_with_room(diagnosis: Diagnosis, operating: Mapping[str, Value] | None = None) -> dict[str, Value]:
+    """The operating parameters with the ambient temperature that all recordings share, where they do."""
+    found = [v.value for name, v in diagnosis.sensors.items() if name.startswith(f'{AMBIENT} [')]
+    same = bool(found) and max(found) - min(found) < _SAME_ROOM
+    room: dict[str, Value] = {'ambient_temperature_c': median(found) - ZERO_CELSIUS} if same else {}
+    return {**(operating or {}), **room}
+
+
+def physics_only(parameters: Parameters) -> Parameters:
+    """The same muscle without effects of sensors, which belong to a rig and not to a muscle."""
+    kept = [name for name in parameters.effects if EFFECTS[name].stage != 'sensor']
+    return parameters.only_effects(kept)
+
+
+def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Mapping[str, Value]) -> Diagnosis:
+    """The diagnosis with the errors that ``tcp_muscle replay`` of its improved.yaml shows on the same bags.
+
+    Empties ``recordings``: a long one is let go before it is replayed.
+    """
+    if not diagnosis.fit:
+        return diagnosis
+    muscle = physics_only(diagnosis.improved)
+    given = conditions(ParameterFile(muscle, operating_with_room(diagnosis, operating)))
+    errors = replayed_rmse((prepare(recordings.pop(0), muscle, given) for _ in range(len(recordings))), muscle)
+    fit = {name: replace(f, replayed=errors.get(name, float('nan'))) for name, f in diagnosis.fit.items()}
+    return replace(diagnosis, fit=fit)

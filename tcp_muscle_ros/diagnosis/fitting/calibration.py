@@ -1,0 +1,246 @@
+"""Calibrate: fit the paper's parameters to a given muscle, say how surely, and which the data do not fix.
+
+Noise and parameters are estimated in turn: the first fit weighs by the sensors' quick noise, the next by size and
+colour of what the model leaves over, so that a model that does not fit well does not claim narrow intervals.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, FACTOR, START, Unknown, base_unknowns
+from tcp_muscle_ros.diagnosis.noise.noise import Noise, estimate, quick_noise
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.observed import STROKE
+from tcp_muscle_ros.muscle import SPECIFICATIONS, Outputs, Parameters
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.effects.fatigue import SWING
+
+_FACTORS = (0.125, 0.35, 1.0, 2.8, 8.0)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One calibrated parameter: SI, 90 % interval. ``partner``: what it trades against where it is not fixed."""
+
+    name: str
+    recording: int | None
+    nominal: float
+    value: float
+    low: float
+    high: float
+    unit: str
+    fixed: bool
+    at_bound: bool
+    partner: str | None
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A calibrated muscle: the fit, each estimate, and ratios that are fixed even where their members are not."""
+
+    fit: Fit
+    estimates: tuple[Estimate, ...]
+    combinations: tuple[Estimate, ...]
+
+    @property
+    def held_by_melting(self) -> bool:
+        """Whether the data want the fibre hotter than a muscle survives: hA and the gain are then that limit's."""
+        return any(float(part[-1]) > 0.0 for part in self.fit.residuals)
+
+    @property
+    def parameters(self) -> Parameters:
+        """The calibrated muscle; a parameter that the data do not fix keeps the value at which the rest was fitted."""
+        return self.fit.muscle
+
+    def rmse(self) -> dict[str, list[float]]:
+        """Root mean square misfit (SI) by channel, one entry a recording (nan where it was not observed)."""
+        problem = self.fit.problem
+        channels = sorted({name for e in problem.experiments for name in e.observed})
+        found: dict[str, list[float]] = {name: [] for name in channels}
+        for k in range(len(problem.experiments)):
+            left = self.fit.left[k]
+            for name in channels:
+                found[name].append(float(np.sqrt(np.mean(left[name] ** 2))) if name in left else float('nan'))
+        return found
+
+
+def calibrate(
+    experiments: Sequence[Experiment],
+    nominal: Parameters,
+    *,
+    separate: Sequence[str] = (),
+    rounds: int = 3,
+    progress: Callable[[], None] | None = None,
+) -> Calibration:
+    """Fit the paper's parameters to recordings of one muscle.
+
+    Args:
+        experiments: prepared recordings.
+        nominal: where to start; effects that are on stay on with their parameters as given.
+        separate: parameters that each recording has for itself (such as ``B`` where every run is another specimen).
+        rounds: how often noise and parameters are estimated in turn.
+        progress: called at every evaluation of the model.
+    """
+    experiments = tuple(experiments)
+    unknowns = tuple(base_unknowns(experiments, nominal, dict.fromkeys(separate, True)))
+    problem = Problem(experiments, nominal, unknowns, quick_noise(experiments))
+    z = coarse_start(problem)
+    fitted = fit(problem, z, rounds=40, progress=progress)
+    for _ in range(rounds - 1):
+        again = problem.with_noise(left_over_noise(fitted))
+        fitted = fit(again, fitted.z, rounds=12, known=fitted.rough_slopes, progress=progress)
+    return Calibration(fitted, tuple(_estimates(fitted)), tuple(_combinations(fitted)))
+
+
+def in_turn(fitted: Fit) -> Fit:
+    """The same fit of recordings that know how many cycles the muscle went through in those before them, how long."""
+    experiments = tuple(aged(fitted.problem.experiments, fitted.outputs))
+    return replace(fitted, problem=replace(fitted.problem, experiments=experiments))
+
+
+def aged(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> list[Experiment]:
+    """The recordings of one muscle, one after the other, each knowing how many cycles it went through before, how long;
+    ``outputs`` of each of them, or of all but the last."""
+    found, cycles, used = [], 0.0, 0.0
+    for experiment, shown in zip_longest(experiments, outputs):
+        found.append(replace(experiment, cycles=cycles, used=used))
+        used += experiment.duration
+        cycles += float(np.sum(np.abs(np.diff(shown.fibre_temperature)))) / (2.0 * SWING) if shown else 0.0
+    return found
+
+
+def left_over_noise(fitted: Fit) -> dict[str, Noise]:
+    """Size and colour of each channel's residuals, pooled over recordings."""
+    problem = fitted.problem
+    floor = quick_noise(problem.experiments)
+    pooled: dict[str, list[Noise]] = {name: [] for name in floor}
+    weights: dict[str, list[int]] = {name: [] for name in floor}
+    for mine in fitted.weighed:
+        for name, left in mine.items():
+            pooled[name].append(estimate(left, 0.0))
+            weights[name].append(left.size)
+    return {
+        name: Noise(
+            max(float(np.sqrt(np.average([n.sigma**2 for n in found], weights=weights[name]))), floor[name].sigma),
+            float(np.average([n.phi for n in found], weights=weights[name])),
+        )
+        for name, found in pooled.items()
+    }
+
+
+def coarse_start(problem: Problem) -> Array:
+    """A start within reach of the optimum: the best of a grid over hA and C, the stroke gain scaled to the stroke.
+
+    A nominal hA may be wrong eightfold (the paper's own is), from where a local search need not find home.
+    """
+    names = [u.name for u in problem.unknowns]
+    best, best_misfit = problem.start(), np.inf
+    for conductance in _FACTORS:
+        for capacity in _FACTORS:
+            z = problem.start()
+            for k, name in enumerate(names):
+                shift = {'hA': conductance, 'C': capacity}.get(name)
+                if shift is not None:
+                    u = problem.unknowns[k]
+                    z[k] = u.to_fit(min(max(u.start * shift, u.low), u.high))
+            z = _scale_stroke(problem, z)
+            parts = problem.residuals(problem.predictions(z))
+            misfit = float(sum(np.sum(np.minimum(part**2, 1e8)) for part in parts))
+            if np.isfinite(misfit) and misfit < best_misfit:
+                best, best_misfit = z, misfit
+    return best
+
+
+def _scale_stroke(problem: Problem, z: Array) -> Array:
+    """Move the stroke gain(s) so that the predicted span of displacement or force is the recorded one."""
+    out = np.array(z)
+    values = problem.values(z)
+    ratios: dict[int, float] = {}
+    for k, experiment in enumerate(problem.experiments):
+        predicted = problem.predict(values, k)
+        for name in STROKE:
+            if name in experiment.observed:
+                made = float(np.ptp(predicted[name]))
+                if made > 0.0:
+                    ratios[k] = float(np.ptp(experiment.observed[name].value)) / made
+    if not ratios:
+        return out
+    common = float(np.exp(np.mean(np.log([max(r, 1e-6) for r in ratios.values()]))))
+    for k, unknown in enumerate(problem.unknowns):
+        if unknown.name == 'B':
+            ratio = common if unknown.recording is None else ratios.get(unknown.recording, 1.0)
+            value = unknown.from_fit(float(z[k])) * max(ratio, 1e-6)
+            out[k] = unknown.to_fit(min(max(value, unknown.low), unknown.high))
+    return out
+
+
+def unit_of(name: str) -> str:
+    """The unit of an unknown inside (K for the temperatures of a recording)."""
+    return 'K' if name in (AMBIENT, START) else SPECIFICATIONS[name].unit
+
+
+def _estimates(fitted: Fit) -> list[Estimate]:
+    spread = np.sqrt(np.diag(fitted.covariance))
+    correlation = fitted.covariance / np.maximum(np.outer(spread, spread), 1e-300)
+    found = []
+    for k, unknown in enumerate(fitted.problem.unknowns):
+        low, high = fitted.interval(k)
+        fixed = unknown.fixed_by(float(spread[k]))
+        strongest = np.abs(correlation[k])
+        strongest[k] = 0.0
+        other = int(np.argmax(strongest))
+        partner = _label(fitted.problem.unknowns[other]) if strongest[other] > 0.7 else None
+        value = unknown.from_fit(float(fitted.z[k]))
+        at_bound = bool(np.isclose(value, unknown.low, rtol=1e-4) or np.isclose(value, unknown.high, rtol=1e-4))
+        found.append(
+            Estimate(
+                unknown.name,
+                unknown.recording,
+                unknown.start,
+                value,
+                low,
+                high,
+                unit_of(unknown.name),
+                fixed,
+                at_bound,
+                partner,
+            )
+        )
+    return found
+
+
+def _label(unknown: Unknown) -> str:
+    return unknown.name if unknown.recording is None else f'{unknown.name} of recording {unknown.recording + 1}'
+
+
+def _combinations(fitted: Fit) -> list[Estimate]:
+    """C/hA (the cooling time constant) and B/hA (stroke a watt): sums of logarithms, so their interval is exact."""
+    problem = fitted.problem
+    place = {u.key: k for k, u in enumerate(problem.unknowns)}
+    found = []
+    pairs = [('C/hA', 'C', 'hA', 's'), ('B/hA', 'B', 'hA', 'm K/W'), ('hA/R0', 'hA', 'R0', 'W/(K ohm)')]
+    for label, top, bottom, unit in pairs:
+        for key, k in place.items():
+            if key[0] != top:
+                continue
+            below = place.get((bottom, key[1]), place.get((bottom, None)))
+            if below is None:
+                continue
+            weights = np.zeros(len(place))
+            weights[k], weights[below] = 1.0, -1.0
+            centre = float(weights @ fitted.z)
+            spread = float(np.sqrt(weights @ fitted.covariance @ weights))
+            nominal = problem.unknowns[k].start / problem.unknowns[below].start
+            low, high = np.exp(centre - 1.645 * spread), np.exp(centre + 1.645 * spread)
+            fixed = spread < FACTOR
+            found.append(
+                Estimate(
+                    label, key[1], nominal, float(np.exp(centre)), float(low), float(high), unit, fixed, False, None
+                )
+            )
+    return found

@@ -1,0 +1,122 @@
+"""What the listed form of an effect may miss of the muscle's own.
+
+The difference is smooth in the muscle's state and as large as the effect is strong. Allowed for, it neither drowns a
+weaker effect beside a strong one nor passes for one.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting import draught
+from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, drivers, hats
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.weighing import SWINGS, refitted
+from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO, Problem, Shown, without_effect
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.muscle.arrays import Array
+
+FORM = 0.25  # of what an effect does: as far as its listed form is usually told from the muscle's own
+_SHARES = np.linspace(0.0, 1.0, 5)  # of all temperatures, warming and cooling
+_MOMENTS = 24  # of a recording, for what is a circumstance of each
+_NOTHING = 0.05  # of the noise
+
+
+def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
+    """The same fit with what the forms of these effects may miss allowed for, and of no others."""
+    had = any(o.discrepancy is not None for e in fitted.problem.experiments for o in e.observed.values())
+    if draught.EFFECT in effects:
+        fitted = draught.with_course(refitted(fitted, _with(fitted.problem)) if had else fitted)
+    else:
+        fitted = draught.without_course(fitted)
+    plain = _with(fitted.problem)
+    ways: list[dict[str, list[Array]]] = [{} for _ in plain.experiments]
+    for effect in effects:
+        if effect == SWINGS:  # what is left of it has its own weight (see weighing.calmed)
+            continue
+        found = _unsure(plain) if effect == draught.EFFECT else _bent(fitted, plain, effect)
+        for mine, more in zip(ways, found, strict=True):
+            for name, columns in more.items():
+                mine.setdefault(name, []).append(columns)
+    if not had and not any(ways):
+        return fitted
+    return refitted(fitted, _with(plain, [{name: np.hstack(found) for name, found in mine.items()} for mine in ways]))
+
+
+def _unsure(problem: Problem) -> list[Shown]:
+    """What stays unknown of a draught's course, by recording and channel."""
+    return [
+        {} if e.draught is None else {name: e.draught.unsure[name] for name in e.observed} for e in problem.experiments
+    ]
+
+
+def _bent(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
+    """Ways in which a form may miss what an effect does, by recording and channel: its signature bent by what the state
+    is, and all that is smooth in the state and of its size."""
+    knots = np.unique(np.quantile(np.concatenate([o.fibre_temperature for o in fitted.outputs]), _SHARES))
+    found: list[Shown] = []
+    for own, experiment, outputs in zip(
+        _signature(fitted, plain, effect), plain.experiments, fitted.outputs, strict=True
+    ):
+        ways: Shown = {}
+        for name, observed in experiment.observed.items():
+            signature = own[name] - np.mean(own[name]) if name in FLOATING_ZERO else own[name]
+            size = float(np.sqrt(np.mean(signature**2)))
+            if size > _NOTHING * plain.noise[name].sigma:
+                smooth = _smooth(drivers(experiment, outputs, observed.time), knots)
+                bent = [signature[:, None] * smooth, size * smooth]
+                if EFFECTS[effect].whole or EFFECTS[effect].moments:
+                    bent.append(size * _moments(observed.time))
+                ways[name] = FORM * np.hstack(bent)
+        found.append(ways)
+    return found
+
+
+def _smooth(state: Drivers, knots: Array) -> Array:
+    """Functions of temperature, warming and cooling apart, that add up to one, shape (m, n)."""
+    levels, warming = hats(state.temperature, knots), (state.rate > 0.0)[:, None]
+    return np.hstack([levels * warming, levels * ~warming])
+
+
+def _moments(time: Array) -> Array:
+    """Functions of the elapsed time that add up to one, shape (m, n)."""
+    return hats(time, np.linspace(time[0], time[-1], _MOMENTS))
+
+
+def _signature(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
+    """What an effect shows in every recording (SI) that the other unknowns could not."""
+    lacking, kept = without_effect(plain, effect)
+    without = lacking.predictions(fitted.z[kept])
+    change = [
+        {name: shown - less[name] for name, shown in mine.items()}
+        for mine, less in zip(fitted.predictions, without, strict=True)
+    ]
+    slopes = [{name: columns[:, kept] for name, columns in mine.items()} for mine in fitted.slopes]
+    white = np.concatenate(
+        [plain.columns({n: c[:, None] for n, c in mine.items()}, k)[:, 0] for k, mine in enumerate(change)]
+    )
+    scale = lacking.spreads()
+    mimic, *_ = np.linalg.lstsq(
+        np.vstack([plain.jacobian(slopes), np.diag(1.0 / scale)]), np.append(white, np.zeros(scale.size)), rcond=None
+    )
+    return [
+        {name: shown - mine[name] @ mimic for name, shown in found.items()}
+        for found, mine in zip(change, slopes, strict=True)
+    ]
+
+
+def _with(problem: Problem, ways: Sequence[Shown] = ()) -> Problem:
+    """The problem with errors of the model allowed in these ways, by recording and channel, and in no others."""
+
+    def allowing(observed: Observed, discrepancy: Array | None) -> Observed:
+        if discrepancy is None and observed.discrepancy is None:
+            return observed
+        return replace(observed, discrepancy=discrepancy)
+
+    experiments = tuple(
+        replace(e, observed={name: allowing(o, mine.get(name)) for name, o in e.observed.items()})
+        for e, mine in zip(problem.experiments, ways or [{}] * len(problem.experiments), strict=True)
+    )
+    return replace(problem, experiments=experiments)

@@ -1,0 +1,80 @@
+"""What a room warmer than it was read does to what a recording shows, and what the instruments may have missed."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
+from tcp_muscle_ros.diagnosis.observation.experiment import Draught, Experiment
+from tcp_muscle_ros.muscle.arrays import Array
+
+_ECHO = 6.0  # thermal time constants, after which nothing is left of a change
+_STEP, _WORKERS = 1.0, 2  # K
+_INSTANT = 3e-3  # s, to which a log knows when a sensor read: messages are a few milliseconds on their way
+_APART, _MOST = 20.0, 40  # s between the knots of what a thermometer may have missed; and how many at most
+
+
+def thermal_lag(fitted: Fit) -> float:
+    """The thermal time constant, s."""
+    return float(fitted.muscle['C'] / fitted.muscle['hA'])
+
+
+def knots_of(experiment: Experiment, apart: float, most: int) -> Array:
+    """Instants so far ``apart`` (s) or farther, from the first to the last of a recording."""
+    count = int(np.clip(experiment.duration / apart, 8, most))
+    return np.linspace(experiment.imposed.time[0], experiment.imposed.time[-1], count)
+
+
+def responses(fitted: Fit, k: int, knots: Array) -> Shown:
+    """What a warmer room at each knot changes of what one recording shows (SI/K), by channel, shape (m, knots).
+
+    Knots so far apart that nothing is left of one when the next begins are told from each other in one run.
+    """
+    problem, experiment = fitted.problem, fitted.problem.experiments[k]
+    base, values = fitted.predictions[k], fitted.values
+    draught = experiment.draught or Draught(knots, np.zeros(experiment.imposed.time.size))
+    apart = knots[1] - knots[0]
+    every = int(np.ceil(_ECHO * thermal_lag(fitted) / apart)) + 2
+    turn = np.arange(knots.size) % every
+
+    def columns(first: int) -> Shown:
+        warmer = replace(
+            draught, warmer=draught.warmer + _STEP * np.interp(experiment.imposed.time, knots, turn == first)
+        )
+        experiments = (*problem.experiments[:k], replace(experiment, draught=warmer), *problem.experiments[k + 1 :])
+        return replace(problem, experiments=experiments).predict(values, k)
+
+    with ThreadPoolExecutor(_WORKERS) as pool:
+        moved = list(pool.map(columns, range(min(every, knots.size))))
+    found = {}
+    for name, shown in base.items():
+        found[name] = np.column_stack([(moved[j][name] - shown) / _STEP for j in turn])
+        if name in experiment.observed:
+            since = experiment.observed[name].time[:, None] - (knots - apart)
+            found[name][(since < 0.0) | (since >= every * apart)] = 0.0
+    return found
+
+
+def as_well_as_read(fitted: Fit) -> Fit:
+    """The same fit, in which each recording may err by what its instruments do not tell: the room by what the steps and
+    the noise of its thermometer hide, every channel by a little in its instants.
+
+    A stroke of a millimetre a kelvin shows a hundredth of a kelvin, and physics would be found to explain it.
+    """
+    experiments = []
+    for k, experiment in enumerate(fitted.problem.experiments):
+        ways = {
+            name: [_INSTANT * np.gradient(fitted.predictions[k][name], o.time)[:, None]]
+            for name, o in experiment.observed.items()
+            if o.time.size > 1
+        }
+        if experiment.imposed.unsure > 0.0:
+            warmer = responses(fitted, k, knots_of(experiment, _APART, _MOST))
+            for name, columns in ways.items():
+                columns.append(experiment.imposed.unsure * warmer[name])
+        seen = {name: replace(experiment.observed[name], unsure=np.hstack(columns)) for name, columns in ways.items()}
+        experiments.append(replace(experiment, observed={**experiment.observed, **seen}))
+    return refitted(fitted, replace(fitted.problem, experiments=tuple(experiments)))

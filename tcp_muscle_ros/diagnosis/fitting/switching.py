@@ -1,0 +1,171 @@
+"""When the drive switched, between two samples of its record.
+
+A logger shows a switch at its next sample: up to a period late, and each time by another part of it. What a misfit of
+seconds follows every switch, in all channels at once, is no physics. Where it explains most of what a model leaves,
+and every switch falls between its two samples, as it must, they are moved to where all channels see them. So is one
+beside which samples of the drive were lost, or that alone came just after a sample.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.projection import Projection
+from tcp_muscle_ros.diagnosis.fitting.weighing import structures, with_noise
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import Imposed
+from tcp_muscle_ros.muscle.arrays import Array
+
+_FEWEST, _MOST = 4, 200  # switches: fewer prove nothing, more take too long
+_SURE = 4.0  # standard deviations of what chance gives
+_MOSTLY = 0.5  # of what is left beyond the noise: less is something else's
+_BESIDE = 0.25  # of a period: by so much a switch may seem to lie outside its own
+_NEARLY_ALL = 0.8  # of the switches lie between their samples
+_LATE = 0.15  # of a period, that they are at least on average
+_ODD = 8.0  # times what others scatter by: whatever physics does at a switch, it does at each
+
+_Judge = Callable[[Fit, Array, Array], Array | None]
+
+
+def settled(experiments: Sequence[Experiment], fitted: Fit) -> tuple[Experiment, ...] | None:
+    """The experiments with the drive switched when all channels see it, or None where that is not what is left of them.
+
+    ``fitted``: the fit that leaves it. The switches of a recording are found from all of it; first those beside which
+    samples were lost.
+    """
+    wanted: list[tuple[str, int, list[Array], _Judge]] = [
+        (name, fewest, spans, judge)
+        for name, fewest, judge in (('lost', 1, _plain), ('switches', _FEWEST, _all_or_odd))
+        for spans in [[getattr(e.imposed, name) for e in experiments]]
+        if fewest <= sum(map(len, spans)) <= _MOST
+    ]
+    if not wanted:
+        return None
+    fitted = with_noise(fitted, {name: s.noise for name, s in structures(fitted).items()})
+    for name, fewest, spans, judge in wanted:
+        columns, target = _late(fitted, spans)
+        seen = np.any(columns, axis=0)
+        if np.count_nonzero(seen) < fewest:
+            continue
+        found = judge(fitted, columns[:, seen], target)
+        if found is not None:
+            shares = np.zeros(seen.size)
+            shares[seen] = found
+            parts = np.split(shares, np.cumsum([len(mine) for mine in spans])[:-1])
+            return tuple(_moved(e, name, mine) for e, mine in zip(experiments, parts, strict=True))
+    return None
+
+
+def _late(fitted: Fit, spans: Sequence[Array]) -> tuple[Array, Array]:
+    """How the whitened residuals change with each switch, from shown to a period earlier, shape (m, switches); and what
+    is to be explained, shape (m,). What the unknowns could take up is theirs."""
+    base = Projection.of(fitted)
+    columns = np.zeros((base.left.size, sum(map(len, spans))))
+    row = column = 0
+    for k, (mine, residual) in enumerate(zip(spans, fitted.residuals, strict=True)):
+        columns[row : row + residual.size, column : column + len(mine)] = _columns(fitted, k, mine)
+        row, column = row + residual.size, column + len(mine)
+    return columns - base.orthonormal @ (base.orthonormal.T @ columns), -base.left
+
+
+def _bound(columns: Array, target: Array) -> tuple[Array, bool, float]:
+    """By what share of its period each came before it was shown; whether that is more than chance; and by how much the
+    misfit falls."""
+    bound, count = lsq_linear(columns, target, (0.0, 1.0)).x, columns.shape[1]
+    rest = target - columns @ bound
+    gain = float(target @ target - rest @ rest)
+    return bound, gain > count + _SURE * float(np.sqrt(2.0 * count)), gain
+
+
+def _plain(fitted: Fit, columns: Array, target: Array) -> Array | None:
+    """Those beside which samples were lost need be no more than seen."""
+    bound, sure, _ = _bound(columns, target)
+    return bound if sure else None
+
+
+def _all_or_odd(fitted: Fit, columns: Array, target: Array) -> Array | None:
+    """Nearly all lie between their samples, and that is most of what is left; or a few do, unlike all others, which
+    were sampled just after they came."""
+    beyond = fitted.misfit - sum(part.size for part in fitted.residuals)
+    spread = np.sqrt(np.diag(np.linalg.pinv(columns.T @ columns, hermitian=True)))
+    free = np.linalg.lstsq(columns, target, rcond=None)[0]
+    bound, sure, gain = _bound(columns, target)
+    within = float(np.mean(np.abs(free - 0.5) < 0.5 + _BESIDE + 2.0 * spread))
+    late = float(np.average(bound, weights=spread**-2.0))
+    if sure and beyond > 0.0 and gain > _MOSTLY * beyond and within >= _NEARLY_ALL and late >= _LATE:
+        return bound
+    usual = float(np.median(free))
+    scatter = 1.4826 * float(np.median(np.abs(free - usual)))
+    odd = (free - usual > _ODD * np.maximum(scatter, spread)) & (free > _LATE) & (free < 1.0 + _BESIDE)
+    if not odd.any():
+        return None
+    alone, sure, _ = _bound(columns[:, odd], target)
+    shares = np.zeros(odd.size)
+    shares[odd] = alone
+    return shares if sure else None
+
+
+def _columns(fitted: Fit, recording: int, switches: Array) -> Array:
+    """The same of one recording's residuals, all that they show."""
+    problem, experiment = fitted.problem, fitted.problem.experiments[recording]
+    shown = fitted.predictions[recording]
+    changes: list[Shown] = []
+    for switch in switches:
+        imposed, draught = _earlier(experiment.imposed, switch, 1.0), experiment.draught
+        if draught is not None:
+            warmer = np.interp(imposed.time, experiment.imposed.time, draught.warmer)
+            draught = replace(draught, warmer=warmer)
+        alone = replace(experiment, imposed=imposed, draught=draught)
+        moved = replace(problem, experiments=(*problem.experiments[:recording], alone))
+        predicted = moved.predict(fitted.values, recording)
+        changes.append({name: predicted[name] - mine for name, mine in shown.items()})
+    if not changes:
+        return np.zeros((fitted.residuals[recording].size, 0))
+    return problem.columns({name: np.column_stack([c[name] for c in changes]) for name in shown}, recording)
+
+
+def _earlier(imposed: Imposed, switch: Array, share: float) -> Imposed:
+    """The drive switched by a share of the period earlier than it was shown."""
+    before, shown = switch
+    at = shown - share * (shown - before)
+    next_level = imposed.drive[np.searchsorted(imposed.time, shown - 1e-9)]
+    if not np.any(np.abs(imposed.time - at) < 1e-6):
+        k = int(np.searchsorted(imposed.time, at))
+        imposed = replace(
+            imposed,
+            time=np.insert(imposed.time, k, at),
+            drive=np.insert(imposed.drive, k, imposed.drive[k - 1]),
+            load=np.insert(imposed.load, k, imposed.load[k - 1]),
+            ambient=np.insert(imposed.ambient, k, imposed.ambient[k - 1]),
+        )
+    early = (imposed.time > at - 1e-6) & (imposed.time < shown - 1e-9)
+    return replace(imposed, drive=np.where(early, next_level, imposed.drive))
+
+
+def _moved(experiment: Experiment, name: str, shares: Array) -> Experiment:
+    """The experiment with its switches of this name moved, and a note of it."""
+    imposed = experiment.imposed
+    switches: Array = getattr(imposed, name)
+    if not len(switches):
+        return experiment
+    moved = shares > 0.0
+    if not moved.any():
+        return replace(experiment, imposed=_settled(imposed, name))
+    for switch, share in zip(switches[moved], shares[moved], strict=True):
+        imposed = _earlier(imposed, switch, float(share))
+    mean = 1e3 * float(np.mean(shares[moved] * np.diff(switches[moved])[:, 0]))
+    where = 'between two samples of its record' if name == 'switches' else 'where samples of its record were lost'
+    note = (
+        f'the {imposed.kind} switched {where}, {mean:.0f} ms before it was shown on average: '
+        f'when, was found from all channels ({np.count_nonzero(moved)} of {len(switches)} switches)'
+    )
+    return replace(experiment, imposed=_settled(imposed, name), notes=(*experiment.notes, note))
+
+
+def _settled(imposed: Imposed, name: str) -> Imposed:
+    none = np.empty((0, 2))
+    return replace(imposed, lost=none) if name == 'lost' else replace(imposed, switches=none)

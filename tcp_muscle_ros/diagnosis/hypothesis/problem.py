@@ -1,0 +1,204 @@
+"""What is fitted to what: the whitened residuals of recordings as a function of the unknowns.
+
+The residual of every channel is divided by its noise and whitened; the zero of displacement and of force is a linear
+unknown of each recording and is projected out exactly.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START, Unknown
+from tcp_muscle_ros.diagnosis.hypothesis.work import Work
+from tcp_muscle_ros.diagnosis.noise.discrepancy import expected, whitening_of
+from tcp_muscle_ros.diagnosis.noise.noise import Noise
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.late import Late, taken_out
+from tcp_muscle_ros.diagnosis.observation.observed import STROKE
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Outputs, Parameters
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.stepping import SUBSTEP
+from tcp_muscle_ros.muscle.table import INDEX
+
+FLOATING_ZERO = STROKE  # channels whose zero is a convention of the rig
+_RESOLUTION = 0.125  # of the usual substeps
+_ROUNDS = 4.0  # of the model's loop for motion, about
+# Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.
+_SURVIVED, _MELTING_SPREAD = 273.15 + 220.0, 5.0  # K
+_MELTING = 'melting'  # beside the channels: how far beyond it the fibre got
+
+Values = Mapping[tuple[str, int | None], float]
+Shown = dict[str, Array]  # by channel and _MELTING, what a model shows in one recording; or its slopes, a column each
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is fitted to what: experiments, the muscle that the unknowns start from, noise by channel.
+
+    ``work`` counts what is simulated.
+    """
+
+    experiments: tuple[Experiment, ...]
+    parameters: Parameters
+    unknowns: tuple[Unknown, ...]
+    noise: Mapping[str, Noise]
+    work: Work = field(default_factory=Work, compare=False, repr=False)
+
+    def with_noise(self, noise: Mapping[str, Noise]) -> 'Problem':
+        """The same with other noise."""
+        return replace(self, noise=noise)
+
+    def start(self) -> Array:
+        """The unknowns' nominal values in the fit's coordinates."""
+        return np.array([u.to_fit(u.start) for u in self.unknowns])
+
+    def spreads(self) -> Array:
+        """The priors' standard deviations in the fit's coordinates."""
+        return np.array([u.prior_spread for u in self.unknowns])
+
+    @property
+    def ages(self) -> tuple[str, ...]:
+        """The parameters that count the muscle's cycles or seconds before a recording."""
+        return tuple(f'{e}.{EFFECTS[e].age}' for e in self.parameters.effects if EFFECTS[e].age)
+
+    def values(self, z: Array) -> dict[tuple[str, int | None], float]:
+        """Coordinates to values."""
+        return {u.key: u.from_fit(float(zi)) for u, zi in zip(self.unknowns, z, strict=True)}
+
+    def muscle(self, values: Values, recording: int | None = None) -> Parameters:
+        """The muscle that these values make, for one recording where some unknowns are its own."""
+        mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
+        if recording is not None:
+            before = {'1': self.experiments[recording].cycles, 's': self.experiments[recording].used}
+            mine |= {name: self.parameters[name] + before[SPECIFICATIONS[name].unit] for name in self.ages}
+        return self.parameters.replace(mine)
+
+    def outputs(self, values: Values, recording: int) -> Outputs:
+        """The model's outputs under the inputs of one recording; no channel is late in them."""
+        return self._run(values, recording)[0]
+
+    def _run(self, values: Values, recording: int) -> tuple[Outputs, Late | None]:
+        """The same, and the channel that is late."""
+        experiment = self.experiments[recording]
+        ambient = values.get((AMBIENT, recording))
+        if ambient is not None:
+            imposed = replace(experiment.imposed, ambient=np.full(experiment.imposed.time.size, ambient))
+            experiment = replace(experiment, imposed=imposed)
+        muscle, late = taken_out(self.muscle(values, recording))
+        self.work.add(_steps(muscle, experiment))
+        return experiment.outputs(muscle, values.get((START, recording)), _RESOLUTION), late
+
+    def predict(self, values: Values, recording: int) -> Shown:
+        """What the model shows in one recording at the observed instants (SI)."""
+        outputs, late = self._run(values, recording)
+        return self.experiments[recording].shown(outputs, late) | {_MELTING: _beyond_melting(outputs)}
+
+    def predictions(self, z: Array) -> list[Shown]:
+        """What the model shows in every recording."""
+        values = self.values(z)
+        return [self.predict(values, k) for k in range(len(self.experiments))]
+
+    def residual(self, predicted: Shown, recording: int, zeros: Mapping[str, float] | None = None) -> Array:
+        """Whitened residuals of one recording, channel after channel, floating zeros projected out, shape (m,).
+
+        ``zeros``: those that are known, by channel. The last entry is not data: it keeps the fibre below the melting
+        point, for the muscle survived.
+        """
+        parts = []
+        for name, observed in self.experiments[recording].observed.items():
+            zero = (zeros or {}).get(name)
+            raw = observed.value - predicted[name] - (zero or 0.0)
+            parts.append(self._whitened(name, raw * observed.weight, recording, zero is None))
+        return np.concatenate([*parts, predicted[_MELTING]])
+
+    def residuals(self, predictions: Sequence[Shown]) -> list[Array]:
+        """The same of every recording."""
+        return [self.residual(predicted, k) for k, predicted in enumerate(predictions)]
+
+    def jacobian(self, slopes: Sequence[Shown]) -> Array:
+        """d residual / d z, shape (sum m, n), from the slopes of what is shown, each of shape (m, n)."""
+        return np.vstack([self.columns(mine, k) for k, mine in enumerate(slopes)])
+
+    def columns(self, slopes: Shown, recording: int) -> Array:
+        """The rows of the Jacobian that are one recording's, shape (m, n)."""
+        parts = [
+            self._whitened(name, -slopes[name] * observed.weight[:, None], recording, True)
+            for name, observed in self.experiments[recording].observed.items()
+        ]
+        return np.vstack([*parts, slopes[_MELTING]])
+
+    def _whitened(self, channel: str, weighted: Array, recording: int, floating: bool) -> Array:
+        """Residuals (m,) or columns (m, n) whitened, the floating zero projected out."""
+        white = self._whitening[channel, recording](weighted)
+        if channel not in FLOATING_ZERO or not floating:
+            return white
+        constant = self._constants[channel, recording]
+        return np.asarray(white - np.multiply.outer(constant, constant @ white))
+
+    @cached_property
+    def _whitening(self) -> dict[tuple[str, int], Callable[[Array], Array]]:
+        """What removes the colour of every channel of every recording."""
+        return {
+            (name, k): whitening_of(observed, self.noise[name])
+            for k, experiment in enumerate(self.experiments)
+            for name, observed in experiment.observed.items()
+        }
+
+    @cached_property
+    def _constants(self) -> dict[tuple[str, int], Array]:
+        """The whitened constant of every channel with a floating zero, as a unit vector."""
+        constants = {}
+        for k, experiment in enumerate(self.experiments):
+            for name in FLOATING_ZERO:
+                if name in experiment.observed:
+                    white = self._whitening[name, k](experiment.observed[name].weight)
+                    constants[name, k] = white / np.linalg.norm(white)
+        return constants
+
+    def zeros(self, predicted: Shown, recording: int) -> dict[str, float]:
+        """The floating zeros that the projection takes out (SI): recorded minus predicted, by channel."""
+        found = {}
+        for name, observed in self.experiments[recording].observed.items():
+            if name in FLOATING_ZERO:
+                whitened = self._whitening[name, recording]
+                constant = whitened(observed.weight)
+                white = whitened((observed.value - predicted[name]) * observed.weight)
+                found[name] = float(constant @ white / (constant @ constant))
+        return found
+
+    def raw_residual(
+        self, predicted: Shown, recording: int, zeros: Mapping[str, float] | None = None
+    ) -> dict[str, Array]:
+        """Recorded minus predicted (SI) by channel, after the floating zeros (those of ``zeros`` where known)."""
+        zeros = {**self.zeros(predicted, recording), **(zeros or {})}
+        return {
+            name: observed.value - predicted[name] - zeros.get(name, 0.0)
+            for name, observed in self.experiments[recording].observed.items()
+        }
+
+    def expected_discrepancy(self, left: Mapping[str, Array], recording: int) -> dict[str, Array]:
+        """What of the residuals of one recording (SI, by channel) is most likely the allowed error of the model."""
+        observed = self.experiments[recording].observed
+        return {name: expected(observed[name], self.noise[name], mine) for name, mine in left.items()}
+
+
+def without_effect(problem: Problem, effect: str) -> tuple[Problem, list[int]]:
+    """The problem with one effect taken out, and the places of the unknowns that it keeps."""
+    kept = [k for k, u in enumerate(problem.unknowns) if not u.name.startswith(f'{effect}.')]
+    effects = tuple(e for e in problem.parameters.effects if e != effect)
+    unknowns = tuple(problem.unknowns[k] for k in kept)
+    return replace(problem, parameters=problem.parameters.only_effects(effects), unknowns=unknowns), kept
+
+
+def _steps(muscle: Parameters, experiment: Experiment) -> float:
+    """About how many steps the model takes."""
+    steps = float(experiment.imposed.time.size)
+    if muscle.vector[INDEX['integrated']]:
+        steps += experiment.duration * muscle.followed(_RESOLUTION, experiment.hottest)[INDEX['fastest_rate']] / SUBSTEP
+    return steps * (_ROUNDS if muscle.vector[INDEX['motion']] else 1.0)
+
+
+def _beyond_melting(outputs: Outputs) -> Array:
+    return np.array([max(0.0, float(outputs.fibre_temperature.max()) - _SURVIVED) / _MELTING_SPREAD])

@@ -1,0 +1,1 @@
+"""How far readings scatter, and which errors of the model are allowed."""

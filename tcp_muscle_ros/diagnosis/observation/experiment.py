@@ -1,0 +1,143 @@
+"""A recording as the model sees it: what was imposed, what held the end, and what was seen.
+
+An input holds from its stamp to the next. The model is stepped at the instants of the observations and at every
+change of an input, so that its exact step answers for any rate.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.observation.between import bends, weights
+from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
+from tcp_muscle_ros.diagnosis.observation.late import Late
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.muscle import Outputs, Parameters, simulate
+from tcp_muscle_ros.muscle.arrays import Array, Places
+
+_HOTTER = 20.0  # K: the fibre than its thermometer, at most
+
+
+@dataclass(frozen=True)
+class Draught:
+    """The course of a draught, known at the ``knots`` (s): ``warmer``, the change of the room (K) that takes as much
+    heat, shape as ``Imposed.time``; ``gust``: how it was described before; ``unsure``: by channel, how what stays
+    unknown of it shows (SI), one column each."""
+
+    knots: Array
+    warmer: Array
+    gust: tuple[float, ...] = ()
+    unsure: Mapping[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Slip:
+    """A sudden slip of the end at ``time`` (s): a channel shows less by ``size`` (SI; known to ``unsure``) after it.
+
+    ``half``: half the time over which one value was averaged, s.
+    """
+
+    channel: str
+    time: float
+    size: float
+    unsure: float
+    half: float
+
+    def after(self, time: Array) -> Array:
+        """0 before, 1 after, in between for a mean over both; shape as ``time``."""
+        return np.clip(0.5 + 0.5 * (time - self.time) / self.half, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One recording as the model sees it.
+
+    ``notes`` say what was assumed, for people to read; ``cycles`` and ``used`` (s): those of the recordings before it;
+    ``draught``: what was inferred of one; ``slips``: those that were.
+    """
+
+    name: str
+    imposed: Imposed
+    holding: Holding
+    observed: Mapping[str, Observed]
+    known: Mapping[str, object] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    cycles: float = 0.0
+    used: float = 0.0
+    draught: Draught | None = None
+    slips: tuple[Slip, ...] = ()
+
+    def outputs(
+        self,
+        parameters: Parameters,
+        temperature: float | None = None,
+        resolution: float = 1.0,
+        only: Collection[str] | None = None,
+    ) -> Outputs:
+        """The model's outputs (or only some) at ``imposed.time``; ``temperature`` (K) at the start, default the
+        ambient."""
+        imposed, holding = self.imposed, self.holding
+        return simulate(
+            parameters,
+            imposed.time,
+            imposed.drive,
+            kind=imposed.kind,
+            load=imposed.load,
+            ambient=imposed.ambient if self.draught is None else imposed.ambient + self.draught.warmer,
+            end=holding.end,
+            starting_load=holding.starting_load,
+            held_length=holding.held_length,
+            spring_rate=holding.spring_rate,
+            spring_rest_length=holding.spring_rest_length,
+            temperature=temperature,
+            resolution=resolution,
+            hottest=self.hottest,
+            only=only,
+        )
+
+    def predict(self, parameters: Parameters, temperature: float | None = None) -> dict[str, Array]:
+        """What the model shows at the instants of each observed channel (SI, shapes as observed)."""
+        return self.shown(self.outputs(parameters, temperature, only=self.observed))
+
+    def until(self, end: float) -> 'Experiment':
+        """Its beginning, with the first instant at or after ``end`` (s)."""
+        inputs = self.imposed
+        n = int(np.searchsorted(inputs.time, end)) + 1
+        imposed = Imposed(inputs.kind, inputs.time[:n], inputs.drive[:n], inputs.load[:n], inputs.ambient[:n])
+        observed = {name: o.only(o.time <= end) for name, o in self.observed.items()}
+        return replace(self, imposed=imposed, observed=observed)
+
+    def shown(self, outputs: Outputs, late: Late | None = None) -> dict[str, Array]:
+        """The model's outputs at the instants of each observed channel, read ``late`` where it is, less what slips
+        took."""
+        shown = {}
+        for name, channel in self.observed.items():
+            if late is not None and late.channel == name:
+                shown[name] = late.seen(self.imposed, getattr(outputs, name), channel)
+            else:
+                places, weights = self._read[name]
+                shown[name] = channel.averaged(np.sum(weights * getattr(outputs, name)[places], axis=1))
+        for slip in self.slips:
+            if slip.channel in shown:
+                shown[slip.channel] -= slip.size * slip.after(self.observed[slip.channel].time)
+        return shown
+
+    @cached_property
+    def _read(self) -> dict[str, tuple[Places, Array]]:
+        """How the instants of each channel are read between those of the model."""
+        imposed = self.imposed
+        corner, jump = bends(imposed.drive, imposed.load)
+        return {name: weights(imposed.time, corner, jump, observed.time) for name, observed in self.observed.items()}
+
+    @cached_property
+    def hottest(self) -> float | None:
+        """K, that the muscle certainly did not exceed: a bead in its surface may show less than the fibre has."""
+        seen = self.observed.get('temperature')
+        return None if seen is None or not seen.value.size else float(seen.value.max()) + _HOTTER
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last instant, s."""
+        return float(self.imposed.time[-1] - self.imposed.time[0])

@@ -1,0 +1,87 @@
+"""What was seen of a muscle: one channel, perhaps averaged in blocks."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from tcp_muscle_ros.muscle.arrays import Array, Mask, Places
+
+STROKE = ('displacement', 'force')  # the channels that show it: free, and held
+_CONTIGUOUS = 1.5  # times the width of two blocks: what lies farther apart has a gap between
+_GROWS = 5.0  # at most, towards a step
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """One output channel: ``value`` (SI) at ``time`` (s), both shape (m,); ``count`` samples were averaged in each.
+
+    ``spacing``: s between these samples; ``stretch``: which stretch without a step of an input each value lies in,
+    shape (m,), None where nothing was averaged.
+    ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them; ``calm``: what these weigh.
+    ``discrepancy``: ways in which the model may err here, each a column as large (SI) as it usually does, shape (m, n);
+    ``unsure``: the same of what was imposed.
+    """
+
+    time: Array
+    value: Array
+    count: Array
+    swinging: Mask | None = None
+    calm: float = 1.0
+    discrepancy: Array | None = None
+    spacing: float = 0.0
+    stretch: Array | None = None
+    unsure: Array | None = None
+
+    @cached_property
+    def ways(self) -> Array | None:
+        """All in which the model may err here, shape (m, n); None: none."""
+        known = [columns for columns in (self.discrepancy, self.unsure) if columns is not None]
+        return np.hstack(known) if known else None
+
+    def averaged(self, shown: Array) -> Array:
+        """What the mean over each block is where ``shown`` is what a model shows in its middle, both shape (m,).
+
+        They differ by a 24th of the second difference over its width. The first and last of a stretch have that of
+        their neighbour, which grows towards a step of the drive as it does from one to the next.
+        """
+        inner, first, last, width = self._bends
+        if not inner.size:
+            return shown
+        slope = np.diff(shown) / np.diff(self.time)
+        bend = np.zeros(shown.size)
+        bend[inner] = 2.0 * (slope[inner] - slope[inner - 1]) / (self.time[inner + 1] - self.time[inner - 1])
+        with np.errstate(divide='ignore', invalid='ignore'):
+            growth = np.nan_to_num(bend[first + 1] / bend[first + 2], nan=1.0)
+        bend[first] = bend[first + 1] * np.clip(growth, 1.0, _GROWS)
+        bend[last] = bend[last - 1]
+        return np.asarray(shown + bend * width / 24.0)
+
+    @cached_property
+    def _bends(self) -> tuple[Places, Places, Places, Array]:
+        """The places of values between two others of their stretch, of those that follow a step, and of those before
+        one; and the squared width of each (s^2)."""
+        none = np.empty(0, dtype=int)
+        if self.stretch is None or self.time.size < 4:
+            return none, none, none, np.empty(0)
+        wide = self.spacing * self.count
+        near = np.diff(self.time) < _CONTIGUOUS * 0.5 * (wide[1:] + wide[:-1])
+        joined = near & (np.diff(self.stretch) == 0)
+        before, after = np.append(False, joined), np.append(joined, False)
+        inside = before & after
+        first = after & ~before & np.append(inside[1:], False) & np.append(inside[2:], [False, False])
+        last = before & ~after & np.append(False, inside[:-1])
+        width = self.spacing**2 * np.maximum(self.count**2 - 1.0, 0.0)
+        return inside.nonzero()[0], first.nonzero()[0], last.nonzero()[0], width
+
+    @cached_property
+    def weight(self) -> Array:
+        """What one value weighs beside a usual one: means of fewer samples are noisier."""
+        weight = np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) if self.count.size else self.count
+        return weight if self.swinging is None else np.where(self.swinging, self.calm, 1.0) * weight
+
+    def only(self, keep: Mask) -> 'Observed':
+        """Some of the values."""
+        each = ('time', 'value', 'count', 'swinging', 'discrepancy', 'stretch', 'unsure')
+        kept = {name: getattr(self, name) for name in each if getattr(self, name) is not None}
+        return replace(self, **{name: entry[keep] for name, entry in kept.items()})

@@ -1,0 +1,249 @@
+"""Candidates: how far each effect could explain what is left over, before any is fitted in full.
+
+An effect's direction is the change of all whitened residuals when it is switched on at a plausible strength. What
+the unknowns of the present model could mimic is projected out of it; the rest, set against the residual, says how much
+the misfit would drop. All in linear approximation: it ranks, refits decide.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.projection import Projection
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
+from tcp_muscle_ros.muscle.arrays import Array
+
+# Present in no recording of one muscle: an exact null direction of R0, a_R, hA and C (see docs/effects.md).
+NEVER_TESTABLE = {
+    'contact_resistance': 'a constant resistance in series acts on one muscle exactly as other R0, a_R, hA and C do; '
+    'measure with four wires, or two lengths'
+}
+_WORKERS = 2
+_MOST_VARIANTS = 6
+_WEAK, _APART = 0.1, 2.5
+_CROSSED = (0.15, 0.4, 0.6, 0.85)  # shares of an output's span
+_BEGINS, _SPANS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88), (0.06, 0.2, 2.0)  # shares of a recording
+# The price of a parameter of an effect, in units of the misfit: a flexible rival must not win by flexibility.
+PER_PARAMETER = 2.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect at one set of its secondary parameters.
+
+    ``gain``: expected drop of the misfit; ``signal``: norm of what remains of its direction at full plausible strength
+    once the unknowns have mimicked what they can, in units of the noise; ``values``: where a refit should start;
+    ``own``: the same for each recording, where every recording has its own, else empty; ``second``: where else to
+    start, the best of the other sets.
+    """
+
+    effect: str
+    values: dict[str, float]
+    gain: float
+    signal: float
+    own: tuple[dict[str, float], ...] = ()
+    second: dict[str, float] | None = None
+
+    @property
+    def stage(self) -> str:
+        """The stage that the effect belongs to."""
+        return EFFECTS[self.effect].stage
+
+    @property
+    def worth(self) -> float:
+        """The gain less the price of its parameters, and of a choice that is not the usual one."""
+        rows = EFFECTS[self.effect].parameters
+        chosen = sum(bool(row.choices) and self.values[f'{self.effect}.{row.name}'] != row.value for row in rows)
+        return self.gain - PER_PARAMETER * (chosen + len(EFFECTS[self.effect].fitted) * max(len(self.own), 1))
+
+    def starts(self) -> 'list[Candidate]':
+        """Where a refit may start: as far as the linear approximation goes, and less far; at the usual strength and
+        beyond.
+
+        A weight that swings has no other mass than its own: half of it fits worse than none.
+        """
+        definition = EFFECTS[self.effect]
+        key = f'{self.effect}.{definition.strength}'
+        usual = abs(SPECIFICATIONS[key].value - definition.none)
+
+        low, high = SPECIFICATIONS[key].low, SPECIFICATIONS[key].high
+
+        def moved(values: dict[str, float], share: float, of_usual: bool) -> dict[str, float]:
+            reached = values[key] - definition.none
+            change = share * (float(np.copysign(usual, reached)) if of_usual else reached)
+            return {**values, key: min(max(definition.none + change, low), high)}
+
+        return [
+            replace(
+                self,
+                values=moved(values, share, of_usual),
+                own=tuple(moved(own, share, of_usual) for own in self.own),
+            )
+            for values in (self.values, self.second)
+            if values is not None
+            for share, of_usual in ((1.0, False), (0.4, False), (0.1, False), (1.0, True), (_APART, True))
+        ]
+
+
+def with_effect(problem: Problem, candidate: Candidate) -> Problem:
+    """The problem with one more effect on, its parameters unknown and starting from the candidate's."""
+    parameters = problem.parameters.with_effects(candidate.effect).replace(candidate.values)
+    if candidate.own:
+        added = [
+            unknown
+            for k, values in enumerate(candidate.own)
+            for unknown in effect_unknowns(candidate.effect, parameters.replace(values), k)
+        ]
+    else:
+        added = effect_unknowns(candidate.effect, parameters)
+    return replace(problem, parameters=parameters, unknowns=(*problem.unknowns, *added))
+
+
+def variants(
+    effect: str, duration: float, spans: Mapping[str, tuple[float, float]] | None = None
+) -> list[dict[str, float]]:
+    """Sets of an effect's parameters to try: the usual one, a weak one, each secondary parameter low and high; for each
+    choice.
+
+    Instants and spans are tried all over the recording, whose ``duration`` (s) is given; what an output has to cross,
+    all over the span of that output (``spans``, by its name).
+    """
+    definition = EFFECTS[effect]
+    usual = {f'{effect}.{row.name}': row.value for row in definition.parameters}
+    if definition.whole:
+        key = f'{effect}.{definition.whole}'
+        usual[key] = min(max(duration, SPECIFICATIONS[key].low), SPECIFICATIONS[key].high)
+    if definition.moments:
+        begin, span = (f'{effect}.{name}' for name in definition.moments)
+        return [{**usual, begin: at * duration, span: long * duration} for at in _BEGINS for long in _SPANS]
+    # From a tenth of the usual strength the linear approximation reaches what from the usual one it does not.
+    key = f'{effect}.{definition.strength}'
+    found = [usual, {**usual, key: definition.none + _WEAK * (usual[key] - definition.none)}]
+    for row in definition.fitted:
+        if row.name == definition.strength:
+            continue
+        if row.crossed and spans:
+            low, high = spans[row.crossed]
+            reached = [min(max(low + share * (high - low), row.low), row.high) for share in _CROSSED]
+            found += [{**usual, f'{effect}.{row.name}': value} for value in reached]
+            continue
+        if row.low == 0.0 < row.value < 0.1 * row.high:  # its bound says little
+            between = float(np.sqrt(row.value * row.high))
+            found += [{**usual, f'{effect}.{row.name}': v} for v in (row.value / _APART, _APART * row.value, between)]
+            continue
+        for share in (0.2, 0.8):
+            if row.low > 0.0 and row.high / row.low > 10.0:
+                value = row.low * (row.high / row.low) ** share
+            else:
+                value = row.low + share * (row.high - row.low)
+            found.append({**usual, f'{effect}.{row.name}': value})
+    found = found[: 2 + _MOST_VARIANTS]
+    for row in definition.parameters:
+        if row.choices:
+            found = [{**one, f'{effect}.{row.name}': float(k)} for k in range(len(row.choices)) for one in found]
+    return found
+
+
+@dataclass(frozen=True)
+class Screen:
+    """The projection of a fitted problem: everything that screening an effect needs."""
+
+    fit: Fit
+    orthonormal: Array
+    left: Array
+    spans: dict[str, tuple[float, float]]
+
+    @classmethod
+    def of(cls, fitted: Fit) -> 'Screen':
+        """From a fit: its residuals with the part that its own unknowns could still move taken out."""
+        projection = Projection.of(fitted)
+        spans = {}
+        for name in {row.crossed for row in SPECIFICATIONS.values()} - {''}:
+            shown = np.concatenate([getattr(o, name) for o in fitted.outputs])
+            spans[name] = float(shown.min()), float(shown.max())
+        return cls(fitted, projection.orthonormal, projection.left, spans)
+
+    def change(self, effect: str, values: dict[str, float]) -> list[Array] | None:
+        """What switching the effect on adds to the predictions of each recording, whitened."""
+        problem = self.fit.problem
+        changed = replace(problem, parameters=problem.parameters.with_effects(effect).replace(values))
+        try:
+            moved = changed.predictions(self.fit.z)
+        except (ValueError, ArithmeticError):
+            return None
+        found = []
+        for k, (before, after) in enumerate(zip(self.fit.predictions, moved, strict=True)):
+            added = {name: (after[name] - shown)[:, None] for name, shown in before.items()}
+            found.append(-problem.columns(added, k)[:, 0])
+        return found if all(np.all(np.isfinite(part)) for part in found) else None
+
+    def judge(self, effect: str, values: dict[str, float], change: list[Array]) -> Candidate:
+        """How much this effect, which changes the predictions so, would improve the fit."""
+        whole = np.concatenate([*change, np.zeros(self.fit.z.size)])
+        direction = whole - self.orthonormal @ (self.orthonormal.T @ whole)
+        power = float(direction @ direction)
+        definition = EFFECTS[effect]
+        strength = next(row for row in definition.parameters if row.name == definition.strength)
+        typical = values[f'{effect}.{strength.name}'] - definition.none
+        if power < 1e-12 or typical == 0.0:
+            return Candidate(effect, values, 0.0, 0.0)
+        low, high = (strength.low - definition.none) / typical, (strength.high - definition.none) / typical
+        amount = float(np.clip(float(direction @ self.left) / power, min(low, high), max(low, high)))
+        gain = 2.0 * amount * float(direction @ self.left) - amount**2 * power
+        start = dict(values)
+        # A start at exactly nothing has no slope in the secondary parameters.
+        start[f'{effect}.{strength.name}'] = definition.none + typical * (amount if abs(amount) > 0.05 else 0.05)
+        return Candidate(effect, start, max(gain, 0.0), float(np.sqrt(power)))
+
+    def candidates(self, effect: str) -> list[Candidate]:
+        """The effect in each of its variants; a circumstance also with each recording's own best variant."""
+        experiments = self.fit.problem.experiments
+        tried = []
+        for values in variants(effect, max(e.duration for e in experiments), self.spans):
+            change = self.change(effect, values)
+            if change is not None:
+                tried.append((values, change))
+        found = [self.judge(effect, values, change) for values, change in tried]
+        if found and EFFECTS[effect].circumstance and len(experiments) > 1:
+            own = []
+            for k in range(len(experiments)):
+                alone = [
+                    self.judge(effect, values, [part * (j == k) for j, part in enumerate(change)])
+                    for values, change in tried
+                ]
+                own.append(max(alone, key=lambda c: c.gain))
+            gain, signal = sum(c.gain for c in own), float(np.sqrt(sum(c.signal**2 for c in own)))
+            found.append(Candidate(effect, own[0].values, gain, signal, tuple(c.values for c in own)))
+        return found
+
+
+def screen(
+    fitted: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None
+) -> tuple[list[Candidate], dict[str, float]]:
+    """Rank effects by the drop of the misfit that they promise.
+
+    Returns the best variant of each effect, best first, and for each effect the largest signal of its variants.
+    """
+    base = Screen.of(fitted)
+
+    def best(effect: str) -> tuple[Candidate | None, float]:
+        if progress:
+            progress()
+        found = base.candidates(effect)
+        if not found:
+            return None, 0.0
+        first = max(found, key=lambda c: c.worth)
+        others = [c for c in found if c is not first and not c.own]
+        if others and not first.own:
+            first = replace(first, second=max(others, key=lambda c: c.worth).values)
+        return first, max(c.signal for c in found)
+
+    with ThreadPoolExecutor(_WORKERS) as pool:
+        results = list(pool.map(best, effects))
+    ranked = sorted((c for c, _ in results if c is not None), key=lambda c: -c.gain)
+    return ranked, {effect: signal for effect, (_, signal) in zip(effects, results, strict=True)}

@@ -1,0 +1,177 @@
+"""Company: what an effect is worth beside the others, whether something else could take its place, and what unseen data
+say of it then."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from tcp_muscle_ros.diagnosis.fitting.generic import Structure
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.weighing import SWINGS, robust_noise, settle_noise, structures
+from tcp_muscle_ros.diagnosis.search.candidates import screen
+from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, conditions, confirmation, stretches
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, prefer, rivals_for, shrink, times_usual
+from tcp_muscle_ros.muscle import EFFECTS
+
+# 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
+THRESHOLD = 20.0
+_REVISED = 3  # rivals that an effect must hold against
+_MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
+OF_ALL = 0.05  # of what was missed: what remains beside a strong effect, whose form is not quite the muscle's
+_LEAST_APART = 0.08  # of that, where an effect stands apart
+# Of what is left without it, an effect takes most; while others are still to be found, less.
+OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
+# One that is fainter than such a share of its usual strength, or the other way round, takes nearly all of it.
+_FAINT_BESIDE, _NEARLY_ALL = 0.15, 0.85
+# Channels that show a stage; what the end does shows all that is mechanical, for want of anything else.
+_SHOWN_BY = {'thermal': {'temperature', 'resistance'}, 'electrical': {'resistance'}}
+_TRIFLE = 0.1  # of the noise's variance: what a companion of a stronger effect must take away at least
+_REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
+
+Contest = tuple[float, list[Rival]]  # the drop of the misfit that the best of these rivals brings
+
+
+def share(before: dict[str, Structure], fitted: Fit, after: Fit) -> float:
+    """The largest share, over channels, of the misfit above noise that went.
+
+    The noise is that of the better model where it is the smaller, and no more than that leaves: what a model lacks may
+    look like noise to it.
+    """
+    shares = []
+    left = structures(after)
+    for name, s in before.items():
+        a = fitted.mean_square[name]
+        b = after.mean_square[name]
+        gap = a - min(s.noise.sigma**2, left[name].noise.sigma ** 2, b)
+        if (s.significant or a - b > _REAL * a) and gap > 0.0:
+            shares.append((a - b) / gap)
+    return max(shares, default=0.0)
+
+
+def good_company(
+    calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all: float = OF_ALL, apart: bool = False
+) -> bool:
+    """Whether an effect beside a stronger one is more than what the stronger one's form leaves.
+
+    It takes a share ``of_all`` of what was missed, and a share ``rest`` of what is left: what a form leaves, several
+    effects explain a little, and none of them all. One that stands ``apart`` may be the less of what was missed, the
+    more it takes of what is left.
+    """
+    took = largest_share(without, without, fitted, robust=False)
+    if apart:
+        of_all *= max(_LEAST_APART, min(1.0, (1.0 - took) / (1.0 - OF_REST_AT_FIRST)))
+    return took >= rest and largest_share(calibrated, without, fitted) >= of_all
+
+
+def least_of_rest(rival: Rival, usually: float) -> float:
+    """Of what is left, what an effect must take beside others: ``usually``, or nearly all where it is physics of a
+    strength that is hardly known of the fibre, or of a stage that no channel shows, as what forms leave looks like."""
+    physics = EFFECTS[rival.effect].stage != 'sensor'
+    hardly = times_usual(rival) < _FAINT_BESIDE or not _shown(rival.effect, rival.fit)
+    return max(usually, _NEARLY_ALL) if physics and hardly else usually
+
+
+def _shown(effect: str, fitted: Fit) -> bool:
+    """Whether a recorded channel shows the stage of an effect, other than by what follows from it."""
+    shown_by = _SHOWN_BY.get(EFFECTS[effect].stage)
+    return shown_by is None or any(shown_by & set(e.observed) for e in fitted.problem.experiments)
+
+
+def stands_apart(effect: str, fitted: Fit, accepted: Sequence[str]) -> bool:
+    """Whether it is physics of a stage of which nothing was found yet: what a form leaves, effects of its own stage
+    explain best, and of a stage that no channel shows any does. Circumstances bend to anything, what is left of a swing
+    to much, and any form's rest looks like some physics that is fainter than is known of the fibre."""
+    found = {EFFECTS[other].stage for other in accepted if other != effect}
+    definition = EFFECTS[effect]
+    if definition.stage in found | {'sensor'} or definition.circumstance or SWINGS in accepted:
+        return False
+    return _shown(effect, fitted) and times_usual(Rival(effect, fitted, 0.0)) >= _FAINT_BESIDE
+
+
+def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
+    """The largest share, over channels, of what one model misses, that an effect takes away from another.
+
+    Channels count in which it takes away something beside the noise; ``robust`` counts what it leaves as noise. Beside
+    a swing, which is far larger than all else, what is missed while nothing swings.
+    """
+    shares = []
+    swings = SWINGS in without.problem.parameters.effects
+    missed_of, left_of, leaves = (f.still_square if swings else f.mean_square for f in (missing, without, fitted))
+    found = structures(fitted)
+    noises = robust_noise(fitted, found) if robust else {name: s.noise for name, s in found.items()}
+    for name, noise in noises.items():
+        missed = missed_of[name] - noise.sigma**2
+        drop = left_of[name] - leaves[name]
+        if missed > 0.0 and drop > _TRIFLE * noise.sigma**2:
+            shares.append(drop / missed)
+    return max(shares, default=0.0)
+
+
+def revise(
+    present: Fit,
+    accepted: list[str],
+    effects: Sequence[str],
+    first: Mapping[str, Contest],
+    progress: Callable[[], None] | None,
+) -> tuple[Fit, list[str], dict[str, Contest]]:
+    """Swap and prune: each effect must beat, in the company of the others, whatever could replace it.
+
+    ``first``: the contests in which they were accepted; who came close then is tried again.
+    """
+    contests = dict(first)
+    for _ in range(2 if len(present.problem.unknowns) <= _MANY else 1):
+        changed = False
+        for effect in list(accepted):
+            if not present.problem.work.left:
+                break
+            bare = shrink(present, effect)
+            known = [r.effect for r in first[effect][1]] if effect in first else []
+            pool = [e for e in dict.fromkeys((*effects, *known)) if e == effect or e not in accepted]
+            ranked, _signals = screen(bare, pool, progress)
+            most = _REVISED if len(bare.problem.unknowns) <= _MANY else 1
+            found = rivals_for(bare, ranked, progress, most, known)
+            rivals = [r for r in found if r.effect != effect and begins(r)]
+            rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)
+            drop = penalised(bare) - min(r.score for r in rivals)
+            if drop < THRESHOLD:
+                present, changed = bare, True
+                accepted.remove(effect)
+                contests.pop(effect, None)
+                continue
+            pick = prefer(rivals, penalised(bare))
+            if pick.effect != effect and not confirmation(bare, pick.fit)[0].holds:
+                pick = next(r for r in rivals if r.effect == effect)  # that one was confirmed, when it was accepted
+            if pick.effect != effect:
+                present, changed = pick.fit, True
+                accepted[accepted.index(effect)] = pick.effect
+                contests.pop(effect, None)
+            contests[pick.effect] = (drop, rivals)
+        if not changed or len(accepted) < 2:
+            break
+    return present, accepted, contests
+
+
+def confirm(
+    present: Fit, accepted: list[str], contests: dict[str, Contest], calibrated: Fit, alone: bool = True
+) -> tuple[Fit, list[str], dict[str, tuple[Gain, float]], tuple[Fold, ...]]:
+    """Each effect once more on unseen data, in the company of the others: without it they must be predicted worse.
+
+    The strongest need be no good company, unless they are not ``alone``. Returns what was kept back too: other
+    conditions if they could speak for every effect, else stretches.
+    """
+    standing: dict[str, tuple[Gain, float]] = {}
+    other_conditions = bool(conditions(present.problem))
+    strongest = max(accepted, key=lambda e: contests[e][0], default='') if alone else ''
+    for effect in sorted(accepted, key=lambda e: contests[e][0]):
+        bare = shrink(present, effect)
+        gain, looked_at = confirmation(bare, present)
+        apart = stands_apart(effect, present, accepted)
+        # What a swing leaves of itself hides what it took.
+        fits_in = effect in (strongest, SWINGS) or good_company(calibrated, bare, present, OF_REST, apart=apart)
+        if gain.holds and fits_in:
+            standing[effect] = gain, largest_share(calibrated, bare, present)
+            other_conditions &= looked_at[0].whole is not None
+        else:
+            # What is left without it is the noise by which the next is judged.
+            present = settle_noise(bare, 1)[0]
+            accepted = [e for e in accepted if e != effect]
+    kept_back = (conditions(present.problem) if other_conditions else ()) or stretches(present.problem)
+    return present, accepted, standing, kept_back

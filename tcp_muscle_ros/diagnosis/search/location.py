@@ -1,0 +1,155 @@
+"""Where the calibrated model differs: channel, phase, temperature, time; from the structure of the misfit alone."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, Structure, drivers
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.muscle.arrays import Array, Mask
+
+STAGE_OF = {'temperature': 'thermal', 'resistance': 'electrical', 'displacement': 'mechanical', 'force': 'mechanical'}
+_TRANSITION = 2.0  # s after a switch
+_STEADY = 0.02  # of the largest rate: slower is rest
+_WINDOW = 10.0  # s
+_MOST_INTERVALS = 3
+
+
+@dataclass(frozen=True)
+class Driver:
+    """A range of a variable in which the misfit lives, and its share of the misfit (0 to 1). SI."""
+
+    variable: str
+    low: float
+    high: float
+    share: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where the calibrated model differs: ``size`` is the typical misfit there (SI of the channel), signed."""
+
+    stage: str
+    channel: str
+    phases: tuple[str, ...]
+    drivers: tuple[Driver, ...]
+    intervals: tuple[tuple[int, float, float], ...]
+    size: float
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """Structure that no listed effect explains: its share of the misfit above noise, and what it goes with."""
+
+    stage: str
+    channel: str
+    share: float
+    driver: str
+    low: float
+    high: float
+    interval: tuple[int, float, float]
+
+
+def worst_channel(found: Mapping[str, Structure]) -> str | None:
+    """The channel whose misfit stands out most; None where none does.
+
+    Of channels that stand out alike the one upstream counts: what is wrong with the temperature shows downstream too.
+    """
+    standing = {name: s.gain / s.terms for name, s in found.items() if s.significant}
+    if not standing:
+        return None
+    return max(standing, key=lambda name: standing[name])
+
+
+def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str | None = None) -> Location:
+    """Say where one channel's misfit lives, by phase, temperature and time."""
+    problem = fitted.problem
+    owners = [k for k, e in enumerate(problem.experiments) if channel in e.observed]
+    smooth = found[channel].fitted
+    seen: list[Drivers] = []
+    for k in owners:
+        outputs = fitted.outputs[k]
+        seen.append(drivers(problem.experiments[k], outputs, problem.experiments[k].observed[channel].time))
+    misfit = np.concatenate(smooth)
+    energy = misfit**2
+    temperature = np.concatenate([d.temperature for d in seen])
+    phases = _phases(seen)
+    picked = _strong_phases(phases, energy)
+    low, high, share = _narrowest(temperature, energy, 0.6)
+    inside = (temperature >= low) & (temperature <= high)
+    if picked:
+        inside &= np.logical_or.reduce([phases[p] for p in picked])
+    size = _typical(misfit[inside]) if np.any(inside) else _typical(misfit)
+    found_drivers = [Driver('temperature', low, high, share, 'K')]
+    load = np.concatenate([d.load for d in seen])
+    if np.ptp(load) > 0.0:
+        a, b, part = _narrowest(load, energy, 0.6)
+        if part > 0.6 and (a, b) != (float(load.min()), float(load.max())):
+            found_drivers.append(Driver('load', a, b, part, 'N'))
+    intervals = _intervals(owners, [problem.experiments[k].observed[channel].time for k in owners], smooth)
+    return Location(stage or STAGE_OF[channel], channel, picked, tuple(found_drivers), intervals, size)
+
+
+def _phases(seen: Sequence[Drivers]) -> dict[str, Mask]:
+    rate = np.concatenate([d.rate for d in seen])
+    on = np.concatenate([d.heating for d in seen]) > 0.5
+    fresh = np.concatenate([d.since_switch for d in seen]) < _TRANSITION
+    still = np.abs(rate) < _STEADY * max(float(np.max(np.abs(rate))), 1e-12)
+    return {
+        'heating': on & ~still & ~fresh,
+        'cooling': ~on & ~still & ~fresh,
+        'rest': still & ~fresh,
+        'transition': fresh,
+    }
+
+
+def _strong_phases(phases: Mapping[str, Mask], energy: Array) -> tuple[str, ...]:
+    """Phases in which the misfit is denser than on average, or that hold most of it."""
+    total = max(float(energy.sum()), 1e-300)
+    mean = total / energy.size
+    picked = [
+        name
+        for name, mask in phases.items()
+        if mask.any() and (float(energy[mask].mean()) > 1.3 * mean or float(energy[mask].sum()) > 0.6 * total)
+        if float(energy[mask].sum()) > 0.1 * total
+    ]
+    return tuple(picked)
+
+
+def _narrowest(variable: Array, energy: Array, wanted: float) -> tuple[float, float, float]:
+    """The narrowest range of a variable that holds ``wanted`` of the energy, over 20 equal bins."""
+    edges = np.linspace(float(variable.min()), float(variable.max()), 21)
+    if edges[0] == edges[-1]:
+        return float(edges[0]), float(edges[-1]), 1.0
+    held, _ = np.histogram(variable, edges, weights=energy)
+    total = max(float(held.sum()), 1e-300)
+    sums = np.concatenate([[0.0], np.cumsum(held)]) / total
+    for width in range(1, 21):
+        shares = sums[width:] - sums[:-width]
+        best = int(np.argmax(shares))
+        if shares[best] >= wanted:
+            return float(edges[best]), float(edges[best + width]), float(shares[best])
+    return float(edges[0]), float(edges[-1]), 1.0
+
+
+def _typical(misfit: Array) -> float:
+    """Its mean where it keeps its sign, else its root mean square."""
+    mean, rms = float(np.mean(misfit)), float(np.sqrt(np.mean(misfit**2)))
+    return mean if abs(mean) > 0.5 * rms else rms
+
+
+def _intervals(
+    owners: Sequence[int], times: Sequence[Array], smooth: Sequence[Array]
+) -> tuple[tuple[int, float, float], ...]:
+    """The stretches of time with the largest misfit."""
+    windows = []
+    for owner, time, part in zip(owners, times, smooth, strict=True):
+        label = np.floor((time - time[0]) / _WINDOW).astype(int)
+        power = np.bincount(label, part**2) / np.maximum(np.bincount(label), 1)
+        for k in range(power.size):
+            start = float(time[0]) + k * _WINDOW
+            windows.append((float(power[k]), owner, start, min(start + _WINDOW, float(time[-1]))))
+    windows.sort(reverse=True)
+    return tuple((owner, start, end) for _, owner, start, end in windows[:_MOST_INTERVALS])

@@ -1,0 +1,81 @@
+"""Pick the next effect: the best of those that promise most, refitted, if it is real and unseen data confirm it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from tcp_muscle_ros.diagnosis.fitting.generic import Structure
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen
+from tcp_muscle_ros.diagnosis.search.company import THRESHOLD, Contest, share
+from tcp_muscle_ros.diagnosis.search.holdout import confirmation
+from tcp_muscle_ros.diagnosis.search.rivals import CONTEST, Rival, begins, own, penalised, prefer, rescored, rivals_for
+from tcp_muscle_ros.muscle import EFFECTS
+
+_LEAST_SHARE = 0.08  # of what is left, that an effect takes away
+_TRIES = 4
+_ANYWHERE = 2.0  # times the usual drop: what may begin and end anywhere, or differs from recording to recording
+
+
+@dataclass(frozen=True)
+class Picked:
+    """The effect that was picked (None: none is good enough), with its contest; all candidates ranked, and the signal
+    of each; those that were refitted, best first, and the score without any."""
+
+    rival: Rival | None
+    contest: Contest
+    ranked: tuple[Candidate, ...]
+    signals: Mapping[str, float]
+    rivals: tuple[Rival, ...] = ()
+    bare: float = 0.0
+
+    @property
+    def refitted(self) -> dict[str, float]:
+        """By how much each one that was refitted lowers the score."""
+        return {r.effect: self.bare - r.score for r in self.rivals}
+
+
+NOTHING = Picked(None, (0.0, []), (), {})  # where none was looked for
+
+
+def pick(
+    present: Fit,
+    structure: dict[str, Structure],
+    pool: Sequence[str],
+    good: Callable[[Rival, Sequence[Rival]], bool],
+    progress: Callable[[], None] | None,
+    least: float = 0.5 * THRESHOLD,
+) -> Picked:
+    """Pick one of ``pool`` to go beside what ``present`` has, which leaves ``structure``; ``good`` asks for more of
+    it among its rivals.
+
+    Nothing is refitted where no candidate promises to lower the misfit by ``least``.
+    """
+    ranked, signals = screen(present, pool, progress)
+    if not ranked or ranked[0].gain < least:
+        return Picked(None, (0.0, []), tuple(ranked), signals)
+    tried = rivals_for(present, ranked, progress)
+    bare = penalised(present)
+    none = Picked(None, (0.0, []), tuple(ranked), signals, tuple(tried), bare)
+    rivals = every = [r for r in tried if bare - r.score >= _least_drop(r) and begins(r)]
+    for _ in range(_TRIES):
+        if not rivals:
+            break
+        first = rivals[0]
+        if len(rivals) > 1:
+            settled, close = rescored(present, rivals)
+            effect = prefer(close, settled).effect
+            first = next(r for r in rivals if r.effect == effect)
+        enough = share(structure, present, first.fit) >= _LEAST_SHARE and good(first, every)
+        if enough and confirmation(present, first.fit)[0].holds:
+            drop = bare - first.score
+            contest = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
+            return replace(none, rival=first, contest=contest)
+        rivals = [r for r in rivals if r is not first]
+    return none
+
+
+def _least_drop(rival: Rival) -> float:
+    """Of the score, that chance does not give."""
+    effect = EFFECTS[rival.effect]
+    anywhere = own(rival) or (effect.circumstance and effect.stage != 'sensor')
+    return THRESHOLD * (_ANYWHERE if anywhere else 1.0)

@@ -1,0 +1,62 @@
+"""What remains when the search has ended: misfit that no effect took away."""
+
+from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained, locate
+from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.shared import wandering
+from tcp_muscle_ros.muscle import EFFECTS
+
+# A generic misfit that keeps more than this share of what was there has not been explained by the named effects; less,
+# if it is plain beside the noise, or if only sensors were named, whose faults are told exactly.
+_STILL, _STILL_PLAIN = 0.2, 0.06
+_BEYOND, _PLAIN, _FAR_BEYOND = 1.5, 4.0, 8.0  # times the noise's variance
+_AROUND = 5.0  # s before and after a leap
+
+
+def unexplained(selection: Selection) -> Unexplained | None:
+    """What remains, if it is real and no trifle beside what was there; what leapt is taken out, not explained."""
+    leapt = _leaps(selection)
+    if leapt is not None and leapt.share >= _STILL:
+        return leapt
+    after = selection.structure_after
+    had, has = selection.calibrated.mean_square, selection.final.mean_square
+    sensors = all(EFFECTS[c.effect].stage == 'sensor' for c in selection.chosen)
+    left: dict[str, float] = {}
+    for name, s in after.items():
+        missed = has[name] - s.noise.sigma**2
+        # Beyond the noise it is real even where no regularity predicts it; far beyond, even where none is found.
+        beyond = missed / s.noise.sigma**2
+        if (s.significant and (s.confirmed or beyond > _BEYOND)) or beyond > _FAR_BEYOND:
+            share = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
+            if share >= (_STILL_PLAIN if sensors or beyond > _PLAIN else _STILL):
+                left[name] = share
+    channel = max(left, key=lambda name: left[name], default=None)
+    if channel is None:
+        together = wandering(selection)
+        return together if together is not None and together.share >= _STILL else None
+    share = left[channel]
+    place = locate(selection.final, after, channel)
+    driver = place.drivers[0]
+    recording, start, end = place.intervals[0]
+    return Unexplained(
+        place.stage, channel, min(share, 1.0), driver.variable, driver.low, driver.high, (recording, start, end)
+    )
+
+
+def _leaps(selection: Selection) -> Unexplained | None:
+    """What leapt from one instant to the next for good, if that was no trifle."""
+    if selection.leapt is None:
+        return None
+    had, has = selection.calibrated.mean_square, selection.leapt.mean_square
+    leaping = sorted({slip.channel for e in selection.leapt.problem.experiments for slip in e.slips})
+    went = {name: 1.0 - has[name] / had[name] for name in leaping}
+    channel = max(went, key=lambda name: went[name])
+    when = [
+        (k, e.imposed.time[0], slip)
+        for k, e in enumerate(selection.leapt.problem.experiments)
+        for slip in e.slips
+        if slip.channel == channel
+    ]
+    elapsed = [slip.time - start for _, start, slip in when]
+    k, _, largest = max(when, key=lambda found: abs(found[2].size))
+    around = (k, largest.time - _AROUND, largest.time + _AROUND)
+    return Unexplained(STAGE_OF[channel], channel, went[channel], 'elapsed', min(elapsed), max(elapsed), around)

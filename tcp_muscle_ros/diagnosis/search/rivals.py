@@ -1,0 +1,240 @@
+"""Rivals: models that compete for the place of one effect, each refitted in full, and which of them is named."""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes
+from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, structures, with_noise
+from tcp_muscle_ros.diagnosis.hypothesis.problem import without_effect
+from tcp_muscle_ros.diagnosis.search.candidates import PER_PARAMETER, Candidate, with_effect
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
+from tcp_muscle_ros.muscle.arrays import Array
+
+SHORTLIST = 6
+# Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.
+AMBIGUOUS = 6.0
+# No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
+# nothing, however many samples there are.
+ALIKE = 0.1
+CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
+# Times its usual strength: farther off is hardly ever a sensor that works; and beyond any that is in use.
+_FAR, _BEYOND_USE = 2.5, 10.0
+_FAINT = 0.1  # of its usual strength: less, or the other way round, is hardly what is known of the fibre
+# Of it: so little is none. A sensor or a room: the log knows its instants and inputs no better; physics of the fibre.
+_NOTHING, _HARDLY = 0.05, 0.02
+_END = 1e-4  # relative
+_NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from its middle
+_PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
+# Of the best rival's drop: a model that misses so much more is beaten; by what differs from recording to recording, and
+# bends to much, one that holds for all of them alike is not so soon.
+_BEATEN, _BENDING = 0.003, 0.04
+_HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A model that competes for the place of one effect: the fit, and its objective."""
+
+    effect: str
+    fit: Fit
+    score: float
+
+
+def margin(drop: float) -> float:
+    """The difference of scores below which two models are not told apart, given what both explain."""
+    return max(AMBIGUOUS, ALIKE * drop)
+
+
+def close_rivals(rivals: Sequence[Rival], drop: float) -> list[Rival]:
+    """Those that are not told from the best."""
+    best = min(r.score for r in rivals)
+    return [r for r in rivals if r.score - best < margin(drop)]
+
+
+def penalised(fitted: Fit) -> float:
+    """The objective with a price on parameters of effects, so that a flexible rival does not win by flexibility."""
+    count = sum('.' in u.name for u in fitted.problem.unknowns)
+    return fitted.objective + PER_PARAMETER * count
+
+
+def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit | None:
+    """Refit with one more effect, for so many rounds; None where the model runs away with it from every start."""
+    own = fitted.z.size
+    tried = []
+    for start in candidate.starts():
+        problem = with_effect(fitted.problem, start)
+        z = np.concatenate([fitted.z, problem.start()[own:]])
+        with np.errstate(over='ignore', invalid='ignore'):  # where it runs away
+            shown = problem.predictions(z)
+            misfit = float(sum(part @ part for part in problem.residuals(shown)))
+        if np.isfinite(misfit):
+            tried.append((misfit, problem, z, shown))
+    if not tried:
+        return None
+    _, problem, z, shown = min(tried, key=lambda t: t[0])
+    added = slopes(problem, z, shown, range(own, len(problem.unknowns)))
+    known = [
+        {name: np.hstack([columns, more[name]]) for name, columns in mine.items()}
+        for mine, more in zip(fitted.slopes, added, strict=True)
+    ]
+    return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=False)
+
+
+def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
+    """Refit without one of the effects."""
+    problem, kept = without_effect(fitted.problem, effect)
+    known = fitted.rough_slopes
+    if known is not None:
+        known = [{name: columns[:, kept] for name, columns in mine.items()} for mine in known]
+    return fit(problem, fitted.z[kept], rounds=rounds, tolerance=1e-5, known=known)
+
+
+def rivals_for(
+    base: Fit,
+    ranked: Sequence[Candidate],
+    progress: Callable[[], None] | None,
+    most: int = SHORTLIST,
+    also: Collection[str] = (),
+) -> list[Rival]:
+    """Refit the most promising candidates on top of a fit, and those of ``also``, best first; those that soon lag
+    behind what they and others promise not to the end."""
+    promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
+    promising += [c for c in ranked if c.effect in also and c not in promising]
+    begun = []
+    for candidate in promising:
+        if progress:
+            progress()
+        grown = grow(base, candidate, rounds=_HEAT)
+        if grown is not None:
+            begun.append((candidate, Rival(candidate.effect, grown, penalised(grown))))
+    bare = penalised(base)
+    best = max((bare - rival.score for _, rival in begun), default=0.0)
+    found = []
+    for candidate, rival in begun:
+        # One that promises more than any has reached, and is far from it, has met a long valley.
+        if bare - rival.score >= _LAGGING * best or candidate.gain > best:
+            if progress:
+                progress()
+            head = rival.fit
+            whole = fit(head.problem, head.z, rounds=40, tolerance=1e-5, known=head.rough_slopes)
+            rival = Rival(rival.effect, whole, penalised(whole))
+        found.append(rival)
+    return sorted(found, key=lambda r: r.score)
+
+
+def begins(rival: Rival) -> bool:
+    """Whether it is there at all, not next to nothing; and what the effect needs to be crossed, the muscle crosses or
+    nearly. Else it is another one in disguise."""
+    definition = EFFECTS[rival.effect]
+    if _largest(rival) < (_NOTHING if definition.circumstance or definition.stage == 'sensor' else _HARDLY):
+        return False
+    for row in definition.fitted:
+        if row.crossed:
+            shown = np.concatenate([getattr(o, row.crossed) for o in rival.fit.outputs])
+            middle, reach = 0.5 * (shown.max() + shown.min()), 0.5 * (shown.max() - shown.min())
+            if abs(rival.fit.muscle[f'{rival.effect}.{row.name}'] - middle) > _NEARLY * reach:
+                return False
+    return True
+
+
+def rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
+    """The close rivals, and the score without any, under the noise that the best of them leaves.
+
+    Under the noise of the poorer model, into which its misfit counts, good models look alike.
+    """
+    drop = penalised(bare) - rivals[0].score
+    noise = robust_noise(rivals[0].fit, structures(rivals[0].fit))
+    refitted = []
+    for rival in rivals:
+        if rival.score - rivals[0].score < CONTEST * drop:
+            again = with_noise(rival.fit, noise)
+            refitted.append(Rival(rival.effect, again, penalised(again)))
+    alone = with_noise(bare, noise)
+    return penalised(alone), sorted(refitted, key=lambda r: r.score)
+
+
+def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
+    """The best model; among those that it does not beat, the simplest.
+
+    A sensor that is off as none in use is none of them where physics as it is known explains the same. The simplest is
+    one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any ever is, and
+    physics as it is known would do), then what acts as it is known to and not the other way round, then what is
+    expected of the fibre, then the fewest parameters. In one stage, where form decides, a form with more parameters
+    follows another's by what it may bend: it must be more than alike to win. What had to be bent as far as it goes is
+    not alike. ``bare`` is the score without any of them.
+    """
+    best = min(r.score for r in rivals)
+    if any(_known(r) for r in close_rivals(rivals, bare - best)):
+        rivals = [r for r in rivals if not _beyond_belief(r)]
+        best = min(r.score for r in rivals)
+    bends = own(min(rivals, key=lambda r: r.score))
+
+    def beaten(rival: Rival) -> bool:
+        share = _BENDING if bends and not own(rival) else _BEATEN
+        return rival.score - best >= max(AMBIGUOUS, share * (bare - best))
+
+    close = [r for r in rivals if not beaten(r)]
+    known = any(_known(r) for r in close)
+
+    def order(rival: Rival) -> tuple[bool, int, bool, bool, int, float]:
+        effect = EFFECTS[rival.effect]
+        far = known and abs(times_usual(rival)) > _FAR
+        rank = 1 if effect.stage != 'sensor' else 2 if far else 0
+        turned = effect.stage != 'sensor' and times_usual(rival) < 0.0
+        return own(rival), rank, turned, effect.unexpected, len(effect.fitted), rival.score
+
+    first = min(close, key=order)
+    stage = EFFECTS[first.effect].stage
+    alike = [r for r in close_rivals(rivals, bare - best) if EFFECTS[r.effect].stage == stage and not _at_its_end(r)]
+    return min([first, *alike], key=order)
+
+
+def own(rival: Rival) -> bool:
+    """Whether every recording has its own strength of the effect."""
+    return any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
+
+
+def _at_its_end(rival: Rival) -> bool:
+    """Whether a parameter of it is as far as it goes, and not what it usually is there."""
+    values = rival.fit.values
+    bounded = [(u, values[u.key]) for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.')]
+    return any(
+        np.isclose(value, end, rtol=_END) and end != SPECIFICATIONS[u.name].value
+        for u, value in bounded
+        for end in (u.low, u.high)
+    )
+
+
+def _known(rival: Rival) -> bool:
+    """Whether it is physics about as strong as is known of the fibre."""
+    return EFFECTS[rival.effect].stage != 'sensor' and times_usual(rival) >= _FAINT
+
+
+def _beyond_belief(rival: Rival) -> bool:
+    """Whether it is a sensor that is off as none that is in use: so far, or as its cause never makes it."""
+    effect, strength = EFFECTS[rival.effect], times_usual(rival)
+    return effect.stage == 'sensor' and (abs(strength) > _BEYOND_USE or (effect.one_way and strength < 0.0))
+
+
+def times_usual(rival: Rival) -> float:
+    """Of an effect, in the strength that it usually has; of a circumstance, which has no usual sign, the size (the
+    median of its recordings)."""
+    strengths = _strengths(rival)
+    if own(rival):
+        return float(np.median(np.abs(strengths)))
+    return float(abs(strengths[0]) if EFFECTS[rival.effect].circumstance else strengths[0])
+
+
+def _largest(rival: Rival) -> float:
+    """The size of it in the recording that shows it most."""
+    return float(np.max(np.abs(_strengths(rival))))
+
+
+def _strengths(rival: Rival) -> Array:
+    """In each recording, or in all alike, in the strength that it usually has."""
+    definition = EFFECTS[rival.effect]
+    key = f'{rival.effect}.{definition.strength}'
+    each = [value for (name, _), value in rival.fit.values.items() if name == key] if own(rival) else []
+    return (np.array(each or [rival.fit.muscle[key]]) - definition.none) / (SPECIFICATIONS[key].value - definition.none)

@@ -1,0 +1,70 @@
+"""A second start, from two effects at once, or without sudden slips.
+
+Effects that are added one at a time miss two of which neither helps much alone, and begin with a stand-in for both.
+Where the search ends with something unexplained, it is begun anew from the best pair; where it ended with slips alone,
+without them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from tcp_muscle_ros.diagnosis.fitting import slips
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.weighing import SWINGS, with_noise
+from tcp_muscle_ros.diagnosis.search.candidates import screen
+from tcp_muscle_ros.diagnosis.search.company import THRESHOLD
+from tcp_muscle_ros.diagnosis.search.remaining import unexplained
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, rivals_for
+from tcp_muscle_ros.diagnosis.search.selection import Selection, select, select_from
+
+_SECONDS = 2  # refitted beside each first effect
+_PROMISES = 2.0 * THRESHOLD  # worth the time of a search
+_LEFT = 0.5  # of what was unexplained: as much as may still be
+
+
+def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
+    """Select effects on top of a calibrated fit, from two starts where the first one leaves something unexplained.
+
+    The second counts if it leaves half as much, by effects that hold like all others.
+    """
+    found = select(calibrated, effects, progress)
+    left = unexplained(found.told)
+    if left is None or found.leapt is not None or SWINGS in found.final.problem.parameters.effects:
+        return found
+    if not slips.slipping(found.final):
+        pair = _best_pair(found, effects, progress)
+        if pair is None or penalised(found.final) - pair.score < _PROMISES:
+            return found
+        again = select_from(pair.fit, calibrated, effects, progress)
+    elif len(found.chosen) == 1:
+        again = select(calibrated, [e for e in effects if e != slips.EFFECT], progress)
+    else:
+        return found
+    still = unexplained(again.told)
+    if not again.chosen or (still and still.share > _LEFT * left.share) or not _better(again.final, found.final):
+        return found
+    return replace(again, first=found.first)
+
+
+def _best_pair(found: Selection, effects: Sequence[str], progress: Callable[[], None] | None) -> Rival | None:
+    """The pair that fits best of those that begin with an effect which competed to be the first, under the noise of
+    what was found; without those that go beside it, which the first search has tried."""
+    chosen = {c.effect for c in found.chosen}
+
+    def tried(pair: set[str]) -> bool:
+        return bool(chosen) and chosen <= pair
+
+    pairs = []
+    for first in found.first.rivals:
+        apart = [e for e in effects if e not in (first.effect, SWINGS) and not tried({first.effect, e})]
+        if apart and found.final.problem.work.left:
+            alone = with_noise(first.fit, dict(found.final.problem.noise))
+            ranked, _ = screen(alone, apart, progress)
+            seconds = rivals_for(alone, ranked, progress, _SECONDS)
+            pairs += [r for r in seconds if begins(r) and begins(replace(r, effect=first.effect))]
+    return min(pairs, key=lambda pair: pair.score, default=None)
+
+
+def _better(one: Fit, other: Fit) -> bool:
+    """Whether one model fits better than another by more than chance gives, under its own noise."""
+    return penalised(with_noise(other, dict(one.problem.noise))) - penalised(one) >= THRESHOLD

@@ -1,0 +1,87 @@
+"""The intervals of a calibrated muscle, kept beside its parameter file: a parameter file itself holds only values.
+
+``MUSCLE.intervals.json`` holds the covariance of the fitted coordinates, from which ``variants`` draws muscles for the
+band of a replay.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
+
+if TYPE_CHECKING:
+    from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration
+
+SCHEMA = 'tcp_muscle_ros/calibration-1'
+_DRAWS = 40
+
+
+def path_beside(parameter_file: str | Path) -> Path:
+    """Where the intervals of a parameter file are."""
+    return Path(parameter_file).with_suffix('.intervals.json')
+
+
+def write_intervals(path: str | Path, calibration: 'Calibration') -> None:
+    """Write the intervals of a calibrated parameter file to ``path``, which is ``path_beside`` it."""
+    fit = calibration.fit
+    shared = [k for k, u in enumerate(fit.problem.unknowns) if u.recording is None]
+    content = {
+        'schema': SCHEMA,
+        'parameters': [
+            {
+                'name': e.name,
+                'recording': e.recording,
+                'nominal': e.nominal,
+                'value': e.value,
+                'low': e.low,
+                'high': e.high,
+                'unit': e.unit,
+                'fixed_by_data': e.fixed,
+                'at_bound': e.at_bound,
+                'trades_against': e.partner,
+            }
+            for e in (*calibration.estimates, *calibration.combinations)
+        ],
+        'coordinates': [
+            {
+                'name': fit.problem.unknowns[k].name,
+                'log': fit.problem.unknowns[k].log,
+                'spread': fit.problem.unknowns[k].spread,
+            }
+            for k in shared
+        ],
+        'covariance': fit.covariance[np.ix_(shared, shared)].tolist(),
+    }
+    Path(path).write_text(json.dumps(content, indent=1) + '\n')
+
+
+def variants(parameter_file: str | Path, parameters: Parameters, seed: int = 0) -> Mapping[int, Parameters] | None:
+    """Muscles drawn from the intervals beside a parameter file; None where there are none."""
+    path = path_beside(parameter_file)
+    if not path.is_file():
+        return None
+    content = json.loads(path.read_text())
+    if content.get('schema') != SCHEMA:
+        return None
+    covariance = np.array(content['covariance'])
+    draws = np.random.default_rng(seed).multivariate_normal(
+        np.zeros(len(covariance)), covariance, _DRAWS, check_valid='ignore'
+    )
+    made = {}
+    for k, draw in enumerate(draws):
+        values = {}
+        for coordinate, shift in zip(content['coordinates'], draw, strict=True):
+            name = coordinate['name']
+            row = SPECIFICATIONS[name]
+            value = (
+                parameters[name] * np.exp(shift)
+                if coordinate['log']
+                else parameters[name] + shift * coordinate['spread']
+            )
+            values[name] = float(np.clip(value, row.low, row.high))
+        made[k] = parameters.replace(values)
+    return made

@@ -1,0 +1,240 @@
+"""ROS parameter YAML of a muscle, read and written without ROS.
+
+The format is that of ``ros2 run ... --params-file``: a node pattern (``/**:``), ``ros__parameters:``, then names and
+values. Effects' parameters may stand flat (``creep.J: 0.1``) or nested (``creep: {J: 0.1}``). Absolute temperatures
+are in degC.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+
+from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.files.yaml_text import NotYaml, parse
+from tcp_muscle_ros.muscle import EFFECTS, SETS, SPECIFICATIONS, TABLE, Parameters
+from tcp_muscle_ros.settings.operating import MUSCLES, OPERATING, read_value
+
+Value = float | int | bool | str | list[str]
+
+
+@dataclass(frozen=True)
+class ParameterFile:
+    """A parameter file: the muscle, and what else stood in it (operating parameters of the nodes, as written)."""
+
+    parameters: Parameters
+    operating: Mapping[str, Value] = field(default_factory=dict)
+
+    def number(self, name: str) -> float:
+        """An operating parameter that is a number, or its default."""
+        row = OPERATING[name]
+        if name not in self.operating and row.same_as:
+            return self.number(row.same_as)
+        return float(self.operating.get(name, row.default))  # type: ignore[arg-type]
+
+    def text(self, name: str) -> str:
+        """An operating parameter that is a word, or its default."""
+        return str(self.operating.get(name, OPERATING[name].default))
+
+
+def read(path: str | Path) -> ParameterFile:
+    """Read a parameter file. Every name must be one that the package knows.
+
+    Raises:
+        BadInput: the file is missing or does not parse, a name is unknown, a value is no number or out of bounds.
+    """
+    if str(path) in SETS and not Path(path).exists():
+        return ParameterFile(Parameters.named(str(path)))
+    flat = _flatten(load(Path(path)), str(path))
+    try:
+        return from_names(flat)
+    except BadInput as mistake:
+        raise BadInput(f'{path}: {mistake}') from None
+
+
+def from_names(flat: Mapping[str, object]) -> ParameterFile:
+    """A muscle from ROS names and edge values (degC for absolute temperatures). Raises BadInput as ``read``."""
+    values: dict[str, float] = {}
+    operating: dict[str, Value] = {}
+    effects: tuple[str, ...] = ()
+    several = flat.get(MUSCLES) or []
+    if several not in ([], ['']):
+        raise BadInput(f"parameter '{MUSCLES}' = {several}: expected the parameters of one muscle, without '{MUSCLES}'")
+    for name, value in flat.items():
+        if name == 'effects':
+            effects = _effects(value)
+        elif name in SPECIFICATIONS:
+            row = SPECIFICATIONS[name]
+            values[name] = row.from_edge(_number(name, value, row.edge_unit))
+        elif name in OPERATING:
+            operating[name] = _operating(name, value)
+        else:
+            raise BadInput(f"unknown parameter '{name}'{nearest(name, [*SPECIFICATIONS, *OPERATING, 'effects'])}")
+    return ParameterFile(Parameters(values, effects), operating)
+
+
+def write(
+    path: str | Path,
+    parameters: Parameters,
+    *,
+    names: Iterable[str] | None = None,
+    operating: Mapping[str, Value] | None = None,
+    heading: Iterable[str] = (),
+    note: Callable[[str], str] | None = None,
+) -> None:
+    """Write a parameter file that nodes and tools load.
+
+    Args:
+        path: the file; its folder exists.
+        parameters: the muscle.
+        names: which parameters to write; default all of the table that are set, and those of the effects that are on.
+        operating: operating parameters to write as they are.
+        heading: comment lines at the top.
+        note: the comment behind a parameter; default its unit, meaning and source.
+    """
+    Path(path).write_text(render(parameters, names=names, operating=operating, heading=heading, note=note))
+
+
+def render(
+    parameters: Parameters,
+    *,
+    names: Iterable[str] | None = None,
+    operating: Mapping[str, Value] | None = None,
+    heading: Iterable[str] = (),
+    note: Callable[[str], str] | None = None,
+) -> str:
+    """The text that ``write`` writes."""
+    chosen = default_names(parameters) if names is None else list(names)
+    note = note or describe
+    lines = [f'# {line}'.rstrip() for line in heading]
+    lines += ['/**:', '  ros__parameters:', f'    effects: [{", ".join(parameters.effects)}]']
+    if not parameters.effects:
+        lines[-1] = "    effects: ['']  # none (ROS has no empty list of strings in YAML)"
+    for name in chosen:
+        row = SPECIFICATIONS[name]
+        # A derived parameter that was not given stays "derived" when written.
+        value = parameters.given.get(name, row.value)
+        lines.append(f'    {f"{name}: {number_text(row.to_edge(value))}":<34} # {note(name)}')
+    for name, setting in (operating or {}).items():
+        lines.append(f'    {name}: {_text(setting)}')
+    return '\n'.join(lines) + '\n'
+
+
+def default_names(parameters: Parameters) -> list[str]:
+    """The table's rows, then the parameters of the effects that are on."""
+    return [row.name for row in TABLE] + [
+        f'{effect}.{row.name}' for effect in parameters.effects for row in EFFECTS[effect].parameters
+    ]
+
+
+def describe(name: str) -> str:
+    """Unit, meaning and source of a parameter in one line."""
+    row = SPECIFICATIONS[name]
+    return f'{row.edge_unit}; {row.meaning}; {row.source}'
+
+
+def number_text(value: float) -> str:
+    """A number as both ROS and YAML 1.1 read it as a float: always a point, before any exponent."""
+    text = repr(float(value))
+    mantissa, e, exponent = text.partition('e')
+    return f'{mantissa if "." in mantissa else mantissa + ".0"}{e}{exponent}'
+
+
+def _text(value: Value) -> str:
+    if isinstance(value, bool):
+        return 'true' if value else 'false'
+    if isinstance(value, float):
+        return number_text(value)
+    return str(value)
+
+
+def load(path: Path) -> object:
+    """The YAML in a file, whatever it holds. Raises BadInput where the file is missing or does not parse."""
+    try:
+        text = path.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else 'not a text file'
+        raise BadInput(f'{path}: cannot read the parameter file: {reason}') from None
+    try:
+        return parse(text)
+    except NotYaml as error:
+        where = f' in line {error.at[0]}, column {error.at[1]}' if error.at else ''
+        raise BadInput(f'{path}: does not parse as YAML{where}: {error}') from None
+
+
+_EXPECTED = "expected '/**:', below it 'ros__parameters:', below that names and values"
+
+
+def _flatten(content: object, path: str) -> dict[str, object]:
+    if not isinstance(content, dict) or not content:
+        raise BadInput(f'{path}: no parameters; {_EXPECTED}')
+    flat: dict[str, object] = {}
+    for node, body in content.items():
+        if not isinstance(body, dict) or not isinstance(body.get('ros__parameters'), dict):
+            raise BadInput(f"{path}: no 'ros__parameters' below '{node}'; {_EXPECTED}")
+        flat |= _dotted(body['ros__parameters'])
+    return flat
+
+
+def _dotted(branch: Mapping[object, object], prefix: str = '') -> dict[str, object]:
+    flat: dict[str, object] = {}
+    for key, value in branch.items():
+        if isinstance(value, dict):
+            flat |= _dotted(value, f'{prefix}{key}.')
+        else:
+            flat[f'{prefix}{key}'] = value
+    return flat
+
+
+def values_for(path: Path, node: str) -> dict[str, object]:
+    """What a file says to the node of this name, in whatever namespace: names with dots, values as ROS reads them.
+
+    The file may hold sections of other nodes, and namespaces above them.
+
+    Raises:
+        BadInput: as ``load``, or a file without any parameters.
+    """
+    found: dict[str, dict[str, object]] = {}
+
+    def search(branch: object, pattern: str) -> None:
+        for key, below in branch.items() if isinstance(branch, dict) else ():
+            if key == 'ros__parameters' and isinstance(below, dict):
+                found[pattern] = _dotted(below)
+            else:
+                search(below, f'{pattern}/{key}')
+
+    search(load(path), '')
+    if not found:
+        raise BadInput(f'{path}: no parameters; {_EXPECTED}')
+    fitting = [values for pattern, values in found.items() if pattern.rpartition('/')[2] in ('**', '*', node)]
+    return {name: as_ros_reads(value) for values in fitting for name, value in values.items()}
+
+
+def as_ros_reads(value: object) -> object:
+    """YAML 1.1 takes 1e-4 for a word; ROS takes it for a number."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
+
+
+def _number(name: str, value: object, unit: str) -> float:
+    if isinstance(value, str):  # YAML 1.1 takes 1e-4 for a word; ROS takes it for a number
+        try:
+            value = float(value)
+        except ValueError:
+            raise BadInput(f"parameter '{name}' = '{value}': expected a number in {unit}") from None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        raise BadInput(f"parameter '{name}' = {value}: expected a finite number in {unit}")
+    return float(value)
+
+
+def _effects(value: object) -> tuple[str, ...]:
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        raise BadInput(f"parameter 'effects' = {value}: expected a list of names, such as [creep, thermocouple_lag]")
+    return tuple(item for item in value if item)
+
+
+def _operating(name: str, value: object) -> Value:
+    row = OPERATING[name]
+    return read_value(row, value if isinstance(row.default, str) else as_ros_reads(value))

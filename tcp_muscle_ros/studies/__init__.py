@@ -1,0 +1,1 @@
+"""What a controller achieves: simulated loops and recorded sessions, judged by the same numbers."""
