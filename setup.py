@@ -31,7 +31,7 @@ setup(
     packages=find_packages(include=[NAME, NAME + '.*']),
     # The package sees config/ through the link tcp_muscle_ros/config, so that every way of installing it
     # (a wheel, `pip install -e`, colcon with or without symlinks) finds the same files beside the code.
-    package_data={NAME: ['config/*', 'report/*.json']},
+    package_data={NAME: ['config/*', 'report/*.json', 'robots/data/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + NAME]),
         ('share/' + NAME, ['package.xml']),
@@ -57,6 +57,7 @@ setup(
         'ros': pinned('ros.txt'),
         'bench': pinned('bench.txt'),
         'cluster': ['distributed>=2024.1'],
+        'mujoco': ['mujoco>=3.2; python_version >= "3.11"'],
         'test': ['pytest', 'hypothesis', 'psutil', 'jsonschema'],
     },
     entry_points={

@@ -27,7 +27,7 @@ FLOORS = [
     {'files'},
     {'muscle', 'recording'},
     {'settings', 'control'},
-    {'diagnosis', 'studies'},
+    {'diagnosis', 'studies', 'robots'},
     {'report', 'nodes'},
     {'commands'},
     {'tool'},
@@ -40,7 +40,7 @@ STILL_IN_CIRCLES = {
     *(f'tcp_muscle_ros.nodes.{name}' for name in ('controlled_joint', 'controlled_muscle', 'controller_node', 'entry')),
     *(f'tcp_muscle_ros.nodes.{name}' for name in ('safe_muscle', 'safe_node', 'sim_joint', 'sim_muscle', 'sim_node')),
 }
-WITHOUT_ROS = ['muscle', 'recording', 'settings', 'control', 'studies', 'diagnosis']
+WITHOUT_ROS = ['muscle', 'recording', 'settings', 'control', 'studies', 'diagnosis', 'robots']
 # What package.xml calls a dependency -> what pip calls it and what Python imports.
 PYTHON_DEPENDENCIES = {
     'python3-numpy': [('numpy', 'numpy')],
@@ -53,7 +53,7 @@ PYTHON_DEPENDENCIES = {
     'python3-mcap-pip': [('mcap', 'mcap'), ('lz4', 'lz4'), ('zstandard', 'zstandard')],
 }
 # Extras that code imports only where they are asked for.
-OPTIONAL_DEPENDENCIES = {'cluster': {'distributed'}}
+OPTIONAL_DEPENDENCIES = {'cluster': {'distributed'}, 'mujoco': {'mujoco'}}
 TEST_DEPENDENCIES = {
     'python3-pytest': 'pytest',
     'python3-hypothesis': 'hypothesis',

@@ -1,0 +1,55 @@
+"""The robots that come along, and MuJoCo itself, which is optional."""
+
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from tcp_muscle_ros.errors import BadInput, nearest
+
+DATA = Path(str(resources.files('tcp_muscle_ros.robots') / 'data'))
+ROBOTS = tuple(sorted(path.stem for path in DATA.glob('*.xml')))
+
+
+def mujoco() -> Any:
+    """The module of MuJoCo.
+
+    Raises:
+        BadInput: it is not installed.
+    """
+    try:
+        import mujoco as module
+    except ImportError:
+        raise BadInput(
+            "a simulated robot needs MuJoCo, which is not installed: pip install 'tcp_muscle_ros[mujoco]' (Python 3.11 "
+            'and later)'
+        ) from None
+    return module
+
+
+def path_of(robot: str) -> Path:
+    """The MJCF of a robot that comes along (``arm``, ``finger``), or the file itself.
+
+    Raises:
+        BadInput: no such robot and no such file.
+    """
+    if robot in ROBOTS:
+        return DATA / f'{robot}.xml'
+    path = Path(robot)
+    if path.suffix != '.xml':
+        raise BadInput(f"unknown robot '{robot}'{nearest(robot, ROBOTS)}; or give an MJCF file, name.xml")
+    if not path.is_file():
+        raise BadInput(f"there is no MJCF file '{robot}'")
+    return path
+
+
+def load(robot: str) -> Any:
+    """A robot's compiled MuJoCo model.
+
+    Raises:
+        BadInput: as ``path_of``, or MuJoCo cannot read the file.
+    """
+    path = path_of(robot)
+    try:
+        return mujoco().MjModel.from_xml_path(str(path))
+    except ValueError as problem:
+        raise BadInput(f'{path}: MuJoCo cannot read it: {" ".join(str(problem).split())}') from None

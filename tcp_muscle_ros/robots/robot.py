@@ -1,0 +1,173 @@
+"""A MuJoCo model in which muscles pull at the tendons."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.muscle import Muscle
+from tcp_muscle_ros.muscle import quantities as at
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.robots.coupling import Book, Tendons
+from tcp_muscle_ros.robots.models import load, mujoco
+
+_RUNAWAY = ('BADQPOS', 'BADQVEL', 'BADQACC', 'BADCTRL')  # MuJoCo's warnings of a motion without bounds
+
+
+def _places(numbers: list[int]) -> Any:
+    """Numbers as a slice where they follow one another: a view of an array costs a tenth of a copy."""
+    follow = numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    return slice(numbers[0], numbers[0] + len(numbers)) if follow else np.array(numbers)
+
+
+class Robot:
+    """Bodies of MuJoCo, and muscles on its tendons.
+
+    Each muscle has a tendon and a ``general`` actuator of its own name (gain -1, affine bias 0 0 0). Of a tendon's
+    length the muscle is a part; the rest is a cable that does not stretch. The model's integrator is ``implicitfast``
+    or ``implicit``.
+
+    Args:
+        model: a name of ``models.ROBOTS``, an MJCF file, or MuJoCo's compiled model, which is then this robot's own.
+        muscles: by the names of their tendons, ``blocked`` with the tension with which they were mounted: at rest at
+            T0, in the pose in which the model is written.
+
+    Raises:
+        BadInput: MuJoCo is missing, or the model and the muscles do not fit together.
+    """
+
+    def __init__(self, model: Any, muscles: Mapping[str, Muscle]) -> None:
+        self._mj = mujoco()
+        self.model = load(model) if isinstance(model, str) else model
+        self.data = self._mj.MjData(self.model)
+        self.names = tuple(muscles)
+        kinds = self._mj.mjtObj
+        tendons = [self._number(kinds.mjOBJ_TENDON, name, 'tendon') for name in self.names]
+        actuators = [self._number(kinds.mjOBJ_ACTUATOR, name, 'actuator') for name in self.names]
+        self._check(actuators)
+        self._tendon, self._actuator = _places(tendons), _places(actuators)
+        self.tendons = Tendons(list(muscles.values()))
+        self._step = float(self.model.opt.timestep)
+        self._connected = np.ones(len(self.names))
+        self._mj.mj_forward(self.model, self.data)
+        self._cable = self.data.ten_length[self._tendon] - self.tendons.rest_lengths
+        self.reset()
+
+    def _number(self, kind: Any, name: str, what: str) -> int:
+        number = int(self._mj.mj_name2id(self.model, kind, name))
+        if number < 0:
+            count = {'tendon': self.model.ntendon, 'actuator': self.model.nu, 'joint': self.model.njnt}[what]
+            known = [self._mj.mj_id2name(self.model, kind, k) or '' for k in range(count)]
+            raise BadInput(f"the robot has no {what} '{name}'{nearest(name, known)}")
+        return number
+
+    def _check(self, actuators: Sequence[int]) -> None:
+        integrators = self._mj.mjtIntegrator
+        if self.model.opt.integrator not in (integrators.mjINT_IMPLICITFAST, integrators.mjINT_IMPLICIT):
+            raise BadInput("the robot's integrator is explicit in velocities; expected integrator='implicitfast'")
+        for name, k in zip(self.names, actuators, strict=True):
+            affine = self.model.actuator_biastype[k] == self._mj.mjtBias.mjBIAS_AFFINE
+            if not affine or self.model.actuator_gainprm[k, 0] != -1.0:
+                raise BadInput(
+                    f"actuator '{name}' is no muscle's; expected <general name='{name}' tendon='{name}' "
+                    f"biastype='affine' gainprm='-1' biasprm='0 0 0'/>"
+                )
+
+    # State
+
+    @property
+    def time(self) -> float:
+        """s since the start."""
+        return float(self.data.time)
+
+    def reset(self, pose: Mapping[str, float] | None = None) -> None:
+        """At rest in a pose (rad or m, by joint; default: the model's own), muscles whole and at the ambient."""
+        for muscle in self.tendons.muscles:
+            muscle.imposed[at.IN_HELD] = 1.0
+            muscle.reset()
+        self._mj.mj_resetData(self.model, self.data)
+        for name, value in (pose or {}).items():
+            self.data.qpos[self.place(name)] = value
+        self._mj.mj_forward(self.model, self.data)
+        self.tendons.begin(self.lengths())
+        self._connected[:] = 1.0
+
+    def place(self, joint: str) -> int:
+        """Where a joint's position stands in ``data.qpos``."""
+        return int(self.model.jnt_qposadr[self._number(self._mj.mjtObj.mjOBJ_JOINT, joint, 'joint')])
+
+    def speed_place(self, joint: str) -> int:
+        """Where a joint's velocity stands in ``data.qvel``."""
+        return int(self.model.jnt_dofadr[self._number(self._mj.mjtObj.mjOBJ_JOINT, joint, 'joint')])
+
+    def lengths(self) -> Array:
+        """Of the muscles, m; shorter than nothing where a tendon has gone slack by more than the muscle's length."""
+        found: Array = self.data.ten_length[self._tendon] - self._cable
+        return found
+
+    @property
+    def temperatures(self) -> Array:
+        """Of the fibres, K."""
+        return self.tendons.shown[:, at.Y_FIBRE_TEMPERATURE]
+
+    @property
+    def tensions(self) -> Array:
+        """N."""
+        return self.tendons.shown[:, at.Y_FORCE]
+
+    def book(self) -> Book:
+        """Where the muscles' energy went since the last ``reset``."""
+        return self.tendons.book()
+
+    # What may break
+
+    def cut_wire(self, muscle: str) -> None:
+        """From now on no current reaches the muscle."""
+        self._connected[self._index(muscle)] = 0.0
+
+    def cut_cable(self, muscle: str) -> None:
+        """From now on nothing holds the muscle's end."""
+        self.tendons.muscles[self._index(muscle)].imposed[at.IN_HELD] = 0.0
+        self.tendons.muscles[self._index(muscle)].impose(load=0.0)
+
+    def _index(self, muscle: str) -> int:
+        if muscle not in self.names:
+            raise BadInput(f"the robot has no muscle '{muscle}'{nearest(muscle, self.names)}")
+        return self.names.index(muscle)
+
+    # Time
+
+    def step(self, currents: ArrayLike, steps: int = 1) -> None:
+        """Hold the currents (A, one a muscle) for so many steps of the simulator.
+
+        Raises:
+            BadInput: the motion has lost all bounds; the state is then MuJoCo's of a reset.
+        """
+        mj, model, data, tendons = self._mj, self.model, self.data, self.tendons
+        flowing = np.asarray(currents, dtype=np.float64) * self._connected
+        bias, ctrl = model.actuator_biasprm[:, 2], data.ctrl
+        length, speed = data.ten_length, data.ten_velocity
+        for _ in range(steps):
+            mj.mj_step1(model, data)
+            tension, slope = tendons.step(length[self._tendon] - self._cable, speed[self._tendon], flowing, self._step)
+            ctrl[self._actuator] = tension
+            bias[self._actuator] = -slope
+            mj.mj_step2(model, data)
+        for name in _RUNAWAY:
+            if data.warning[getattr(mj.mjtWarning, f'mjWARN_{name}')].number:
+                raise BadInput(
+                    f'the robot ran away at {data.time:.3f} s ({name}): its timestep of {self._step:g} s is too long'
+                )
+
+    def advance(self, dt: float, currents: ArrayLike) -> None:
+        """Hold the currents (A) for ``dt`` (s), a whole number of the simulator's steps.
+
+        Raises:
+            BadInput: as ``step``, or the steps do not fill ``dt``.
+        """
+        steps = round(dt / self._step)
+        if abs(steps * self._step - dt) > 1e-9 * dt or steps < 1:
+            raise BadInput(f"{dt:g} s is no whole number of the simulator's steps of {self._step:g} s")
+        self.step(currents, steps)
