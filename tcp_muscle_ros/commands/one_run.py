@@ -104,7 +104,7 @@ def work(task: Task) -> Outcome:
 
 
 def _work(task: Task) -> None:
-    from tcp_muscle_ros.commands.diagnose import diagnose_bags
+    from tcp_muscle_ros.commands.one_diagnosis import diagnose_bags
 
     if task.report.exists() and not (task.report / _STAMP).is_file():
         raise BadInput(f'{task.report}: is there already and no report of a manifest; give another --output')

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING
 
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.antagonist import Antagonist, Side
 from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle
+from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS
 from tcp_muscle_ros.settings.operating import JOINT
-
-if TYPE_CHECKING:
-    from tcp_muscle_ros.nodes.controller_node import ControllerNode
 
 
 def _side(settings: Settings) -> Side:
@@ -33,7 +30,7 @@ class ControlledJoint:
 
     def __init__(
         self,
-        node: ControllerNode,
+        node: Home,
         name: str,
         settings: Settings,
         agonist: ControlledMuscle,

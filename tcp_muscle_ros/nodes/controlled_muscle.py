@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import Temperature
@@ -14,11 +13,9 @@ from tcp_muscle_ros.control.inverse import Inverse
 from tcp_muscle_ros.control.safety import FeedbackWatch, Limits, State, celsius
 from tcp_muscle_ros.control.tracking import Command, TrackingController
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
+from tcp_muscle_ros.nodes.home import ControlHome
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS, SafeMuscle
-
-if TYPE_CHECKING:
-    from tcp_muscle_ros.nodes.controller_node import ControllerNode
 
 # Steps of a sensor that is not said to have any: movement below five of them proves nothing.
 _FINE = {'displacement': 2e-5, 'resistance': 2e-3}  # m, ohm: 20 um of movement, or what it changes the resistance by
@@ -75,9 +72,9 @@ class ControlledMuscle(SafeMuscle):
     ``on_joint``: a joint says how long it is and how warm it is to be, and its load is the tension that it shows.
     """
 
-    node: ControllerNode
+    node: ControlHome
 
-    def __init__(self, node: ControllerNode, name: str, settings: Settings, on_joint: bool) -> None:
+    def __init__(self, node: ControlHome, name: str, settings: Settings, on_joint: bool) -> None:
         super().__init__(node, name, settings)
         self.on_joint = on_joint
         self._feedback: str = 'displacement' if on_joint else settings['feedback']

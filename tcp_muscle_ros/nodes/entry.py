@@ -3,14 +3,7 @@
 No current flows yet and nothing is open; from ``lifetime.run`` on, the handlers there are in force.
 """
 
-import os
-import signal
-
-
-def end_quietly_when_asked() -> None:
-    """SIGINT and SIGTERM end the process with exit code 0, as they do later."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: os._exit(0))
+from tcp_muscle_ros.process.quiet_end import end_quietly_when_asked
 
 
 def sim_node() -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.publisher import Publisher
@@ -12,12 +12,10 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.safety import Limits, Report, Safety, State, celsius
+from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.ticks import BACKLOG
-
-if TYPE_CHECKING:
-    from tcp_muscle_ros.nodes.safe_node import SafeNode
 
 STATE_QOS = QoSProfile(depth=BACKLOG)  # reliable, keep last
 COMMAND_QOS = QoSProfile(depth=1)  # reliable, keep last: only the newest command counts
@@ -30,7 +28,7 @@ class SafeMuscle:
     ``name`` is '' where the node has one muscle; else its topics stand below its name.
     """
 
-    def __init__(self, node: SafeNode, name: str, settings: Settings) -> None:
+    def __init__(self, node: Home, name: str, settings: Settings) -> None:
         self.node, self.name, self.settings = node, name, settings
         self.safety = Safety(self.limits_of(settings), enabled=settings['start_enabled'])
         self.refused_inputs: Counter[str] = Counter()

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.muscle import Joint, Link
+from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import naming
 from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS
@@ -14,14 +13,11 @@ from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.sim_muscle import SimMuscle
 from tcp_muscle_ros.settings.operating import JOINT
 
-if TYPE_CHECKING:
-    from tcp_muscle_ros.nodes.sim_node import SimNode
-
 
 class SimJoint:
     """Publishes ``<name>/angle`` (rad) and hears ``<name>/external_torque`` (N m)."""
 
-    def __init__(self, node: SimNode, name: str, settings: Settings, agonist: SimMuscle, antagonist: SimMuscle) -> None:
+    def __init__(self, node: Home, name: str, settings: Settings, agonist: SimMuscle, antagonist: SimMuscle) -> None:
         self._node, self._settings = node, settings
         self.name = name
         self._pair = agonist, antagonist

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState, Temperature
@@ -13,11 +12,9 @@ from std_msgs.msg import Float64
 from tcp_muscle_ros.control.safety import Kind, Limits, celsius
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Reading
 from tcp_muscle_ros.muscle.sensors import Noise, Sensor
+from tcp_muscle_ros.nodes.home import SimHome
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
-
-if TYPE_CHECKING:
-    from tcp_muscle_ros.nodes.sim_node import SimNode
 
 _CHANNELS = {'temperature': 'k', 'resistance': 'ohm', 'displacement': 'm', 'force': 'n'}
 
@@ -53,9 +50,9 @@ class SimMuscle(SafeMuscle):
     ``current`` (A) was decided at the last tick and flows until the next.
     """
 
-    node: SimNode
+    node: SimHome
 
-    def __init__(self, node: SimNode, name: str, settings: Settings) -> None:
+    def __init__(self, node: SimHome, name: str, settings: Settings) -> None:
         super().__init__(node, name, settings)
         self.current = 0.0
         self.muscle = make_muscle(settings)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-if __name__ == '__main__':  # python -m: before the rest is loaded, see entry.py
-    from tcp_muscle_ros.nodes.entry import end_quietly_when_asked
+if __name__ == '__main__':  # python -m: before the rest is loaded, as entry.py does
+    from tcp_muscle_ros.process.quiet_end import end_quietly_when_asked
 
     end_quietly_when_asked()
 

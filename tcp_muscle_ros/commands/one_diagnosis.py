@@ -1,0 +1,53 @@
+"""One diagnosis from bags to report, as ``diagnose`` and each run of a campaign do it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tcp_muscle_ros.commands.progress import Progress
+    from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
+
+
+def diagnose_bags(
+    options: argparse.Namespace,
+    bags: Sequence[str],
+    params: str,
+    output: Path,
+    progress: Progress | None = None,
+    *,
+    force: bool = False,
+) -> Diagnosis:
+    """Diagnose bags of one muscle and write the report; partial where it was interrupted.
+
+    ``options``: the seed and how bags are read (``add_bag_arguments``). ``force``: an older report is replaced.
+    Raises BadInput.
+    """
+    from dataclasses import replace
+
+    from tcp_muscle_ros.commands.bag_arguments import read_bags
+    from tcp_muscle_ros.diagnosis.answer.improved import with_replay
+    from tcp_muscle_ros.diagnosis.answer.issues import with_faults, with_issues
+    from tcp_muscle_ros.diagnosis.diagnose import Interrupted, diagnose
+    from tcp_muscle_ros.diagnosis.observation.observe import prepared
+    from tcp_muscle_ros.report.write import write_report
+    from tcp_muscle_ros.settings.parameter_file import read
+
+    nominal = read(params)
+    recordings = read_bags(options, *bags)
+    mended, experiments = prepared(recordings, nominal)
+    beat = progress.beat if progress else None
+    try:
+        diagnosis = diagnose(experiments, nominal.parameters, seed=options.seed, progress=beat)
+    except Interrupted as stop:
+        diagnosis = replace(stop.partial, partial=True)
+    diagnosis = with_faults(with_issues(diagnosis, recordings, mended, experiments), mended)
+    del mended
+    diagnosis = with_replay(diagnosis, recordings, nominal.operating)
+    if progress:
+        progress.stage('writing the report')
+    write_report(output, diagnosis, experiments, nominal.operating, force=force)
+    return diagnosis
