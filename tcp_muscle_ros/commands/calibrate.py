@@ -34,6 +34,7 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
     from tcp_muscle_ros.diagnosis.hypothesis.unknowns import SEPARABLE
+    from tcp_muscle_ros.diagnosis.observation.admission import refuse_still
     from tcp_muscle_ros.errors import BadInput, nearest
     from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_file
     from tcp_muscle_ros.report.intervals_file import path_beside, write_intervals
@@ -48,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
     intervals = writable_file(path_beside(output), force=args.force)
     nominal = read(args.params)
     experiments = read_experiments(args, args.bags, _MOST)
+    refuse_still(experiments)
     with Progress('calibrating') as progress:
         calibration = calibrate(experiments, nominal.parameters, separate=args.separate, progress=progress.beat)
     for experiment in experiments:

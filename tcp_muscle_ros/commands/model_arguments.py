@@ -24,15 +24,9 @@ def add_parameter_argument(parser: argparse.ArgumentParser, *, required: bool = 
 
 
 def read_experiments(args: argparse.Namespace, paths: list[str], most: int | None = None) -> list[Experiment]:
-    """Read bags as the shared arguments say and make them ready for the model."""
+    """Read bags as the shared arguments say and make them ready for the model; BadInput as the gate says."""
     from tcp_muscle_ros.commands.bag_arguments import read_bags
-    from tcp_muscle_ros.diagnosis.observation.observe import conditions
-    from tcp_muscle_ros.diagnosis.observation.prepare import prepare
+    from tcp_muscle_ros.diagnosis.observation.observe import whole
     from tcp_muscle_ros.settings.parameter_file import read
 
-    file = read(args.params)
-    return [
-        prepare(recording, file.parameters, conditions(file), most)
-        for path in paths
-        for recording in read_bags(args, path)
-    ]
+    return whole(read_bags(args, *paths), read(args.params), most)

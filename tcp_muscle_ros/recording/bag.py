@@ -15,7 +15,7 @@ from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.bag_writer import KNOWN
 from tcp_muscle_ros.recording.cdr import DTYPES, Index, field_path
 from tcp_muscle_ros.recording.columns import Topic
-from tcp_muscle_ros.recording.leaps import main_part, within
+from tcp_muscle_ros.recording.leaps import main_part, set_back, within
 from tcp_muscle_ros.recording.mcap_file import McapFile
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, channel_kind, shared
 from tcp_muscle_ros.recording.sqlite_file import SqliteFile
@@ -91,7 +91,9 @@ def read_bag(
         time, value = _in_order(*on_time.pop(source), source, reader.notes)
         seconds = shared((time - start_ns) / 1e9, (channel.time for channel in found.values()))
         found[source.channel] = Channel(source.channel, seconds, source.unit.to_si(value), source.topic)
-    return Recording(str(path), found, start_ns, bag.known(), tuple(bag.all_notes() + reader.notes))
+    units = {source.channel: source.unit.name for source in sources}
+    notes = tuple(bag.all_notes() + reader.notes)
+    return Recording(str(path), found, start_ns, bag.known(), notes, units, tuple(reader.broken))
 
 
 class _Bag:
@@ -121,7 +123,7 @@ class _Bag:
         if not path.is_dir():
             siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
             raise BadInput(f'{path}: no such bag{nearest(path.name, siblings)}')
-        files = sorted(p for p in path.iterdir() if re.search(r'\.(mcap|db3)(\.zstd)?$', p.name))
+        files = sorted((p for p in path.iterdir() if re.search(r'\.(mcap|db3)(\.zstd)?$', p.name)), key=_by_number)
         if not files:
             raise BadInput(f'{path}: no bag: the directory has no .mcap or .db3 file')
         description = path / 'metadata.yaml'
@@ -172,6 +174,11 @@ class _Bag:
         if not _complete(types, stored.message_type):
             raise BadInput(f'{self.path}: {topic}: the bag has no definition of its type {stored.message_type}')
         return types
+
+
+def _by_number(path: Path) -> list[tuple[int, str]]:
+    """So that bag_2.mcap comes before bag_10.mcap."""
+    return [(int(part) if part.isdecimal() else -1, part) for part in re.split(r'(\d+)', path.name)]
 
 
 def _complete(types: 'Typesdict', name: str) -> bool:
@@ -261,6 +268,7 @@ class _Reader:
     def __init__(self, bag: _Bag, sources: list[_Source]) -> None:
         self.bag = bag
         self.notes: list[str] = []
+        self.broken: list[str] = []
         self._asked: dict[str, list[_Source]] = {}
         for source in sources:
             self._asked.setdefault(source.topic, []).append(source)
@@ -275,6 +283,9 @@ class _Reader:
                 self._topics[name].add(messages)
         for name, topic in self._topics.items():
             self._check_stamps(name, topic)
+            back = set_back(topic.log if topic.stamp is None else topic.stamp)
+            if back is not None:
+                self.broken.append(f'{name}: {back}')
 
     def _topic(self, name: str) -> Topic:
         types, kind = self.bag.types(name), self.bag.topics[name].message_type

@@ -1,4 +1,4 @@
-"""A recording whose clock leapt by days: the part with most of its samples.
+"""A recording whose clock leapt: by days, the part with most of its samples; back, where.
 
 A board without a battery wakes in 1970 and is set by NTP minutes later; a single damaged stamp lies anywhere. Whoever
 lays a grid over such a recording asks for more memory than there is.
@@ -8,12 +8,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from tcp_muscle_ros.recording.cdr import Index
 from tcp_muscle_ros.recording.recording import Array
 
 _DAY_NS = 86_400 * 1_000_000_000
 _APART_NS = 7 * _DAY_NS  # a bag that was left open over some days is one recording still
+_SEVERAL = 5  # messages before and after, of which the one in the middle counts: a few may overtake others
+_BACK_NS, _BACK_PERIODS = 200_000_000, 5.0  # a clock that is set back by less is disciplined, not set
 
 
 class Part(NamedTuple):
@@ -56,3 +59,28 @@ def within(part: Part, time: Index, value: Array, *, holds: bool) -> tuple[Index
         latest = before[int(np.argmax(time[before]))]
         return np.append(part.first, time[kept]), np.append(value[latest], value[kept])
     return time[kept], value[kept]
+
+
+def set_back(time: Index) -> str | None:
+    """How a topic's time (ns, in the order in which it was logged) runs backwards for good, in words; else None.
+
+    Messages that overtake others, a single wrong stamp and leaps of more than a week (see ``main_part``) do not count.
+    """
+    if time.size < 2 * _SEVERAL or np.all(time[1:] >= time[:-1]):
+        return None
+    middle = median_filter(time, size=_SEVERAL, mode='nearest')
+    # From the middle of those before a place to the middle of those after it.
+    step = (middle[_SEVERAL:] - middle[:-_SEVERAL]).astype(np.float64)
+    period = float(np.median(np.abs(np.diff(time).astype(np.float64))))
+    back = np.flatnonzero((step < -max(_BACK_NS, _BACK_PERIODS * period)) & (step > -_APART_NS))
+    if not back.size:
+        return None
+    places = np.split(back, np.flatnonzero(np.diff(back) > _SEVERAL) + 1)
+    first = places[0][int(np.argmin(step[places[0]]))]
+    k = first + int(np.argmin(np.diff(time[first : first + _SEVERAL + 1])))
+    at, by = (time[k] - time[0]) * 1e-9, (time[k] - time[k + 1]) * 1e-9
+    more = f', {len(places)} times in all' if len(places) > 1 else ''
+    return (
+        f'time runs backwards by {by:.3g} s at {at:.1f} s of the recording{more}: the clock was set '
+        'back, or two recordings are in one bag; cut it there'
+    )

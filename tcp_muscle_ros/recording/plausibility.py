@@ -4,12 +4,14 @@ A model would fit such a recording somehow and give the misfit a name. What is f
 it, so each finding is refused in one line that says how.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.signal import lfilter
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array, Channel, Recording
-from tcp_muscle_ros.recording.units import UNITS
+from tcp_muscle_ros.recording.units import UNITS, Unit, unit_of
 from tcp_muscle_ros.recording.yaml_input import as_number
 
 # SI values that a muscle's channel has on a bench, (low, high): beyond, it is in another unit, or another channel.
@@ -40,8 +42,10 @@ _USUAL = {
 }
 _MANY = 0.02  # share of the samples, and
 _AT_LEAST = 5  # samples
-_KELVIN = 273.15
 _ROOM = (278.0, 316.0)  # K
+_LAGS = (1.0, 2.0, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 100.0)  # s
+_COARSE = 20_000  # instants at which a recording is looked at for its heat
+_FITS = 0.3  # of a channel's standard deviation, that a lag may leave
 _STEEPEST = 0.02  # 1/K, of a resistance; nickel has 0.006
 _SURE = 0.9  # of a correlation
 _AT_ONCE = 0.35  # of a channel's span, between neighbours less than
@@ -66,6 +70,8 @@ def refuse_implausible(recording: Recording, ambient: float | None = None) -> No
 
     ``ambient`` (K): what the user states of the room, where the recording does not.
     """
+    if recording.broken:
+        raise BadInput(f'{recording.path}: {recording.broken[0]}')
     for channel in recording.channels.values():
         _refuse_level(recording, channel)
     for channel in recording.channels.values():
@@ -75,37 +81,42 @@ def refuse_implausible(recording: Recording, ambient: float | None = None) -> No
     _refuse_slope(recording)
     for name in ('temperature', 'displacement', 'force'):
         _refuse_leaps(recording, name)
-    _refuse_sign(recording)
+    _refuse_signs(recording)
 
 
-def unit_sentence(name: str, value: Array) -> str | None:
-    """That a channel's values (SI) are in another unit or another channel's; None where they are a muscle's."""
+def unit_sentence(name: str, value: Array, taken_as: str = '') -> str | None:
+    """That a channel's values (SI) are in another unit or another channel's; None where they are a muscle's.
+
+    ``taken_as``: the unit in which its numbers were taken to be, where not the contract's.
+    """
     beyond = outside(name, value)
     if not beyond.size:
         return None
-    kind = CHANNELS[name]
-    shown = UNITS[kind.unit].from_si(float(np.median(beyond)))
-    guess = _guess(name, value)
+    stated = unit_of(taken_as or CHANNELS[name].unit, UNITS[CHANNELS[name].unit].quantity, name)
+    shown = stated.from_si(float(np.median(beyond)))
+    guess = _guess(name, stated.from_si(value), stated)
     unit = f'--unit {name}={guess}' if guess else f'--unit {name}=...'
     return (
-        f'{name} is about {shown:.4g} {kind.unit}, which no muscle shows: if it is recorded in another unit, '
+        f'{name} is about {shown:.4g} {stated.name}, which no muscle shows: if it is recorded in another unit, '
         f'say {unit}; if the topic carries something else, say --channel {name}=TOPIC'
     )
 
 
-def _guess(name: str, value: Array) -> str | None:
-    """The unit in which a channel's raw numbers would be a muscle's, the contract's unit being wrong."""
-    stated = UNITS[CHANNELS[name].unit]
+def _guess(name: str, raw: Array, stated: Unit) -> str | None:
+    """The unit in which a channel's raw numbers would be a muscle's, the stated one being wrong."""
     low, high = _USUAL[name]
-    raw = stated.from_si(value)
-    for unit in UNITS.values():
-        if unit.quantity == stated.quantity and low <= float(np.max(np.abs(unit.to_si(raw)))) <= high:
+    turned = replace(stated, name=f'-{stated.name.lstrip("-")}', scale=-stated.scale)
+    signed = [turned] if name in ('load', 'force', 'power') and np.median(raw) < 0.0 else []
+    for unit in (*signed, *UNITS.values()):
+        value = unit.to_si(raw)
+        fits = low <= float(np.max(np.abs(value))) <= high and not outside(name, value).size
+        if unit.quantity == stated.quantity and fits:
             return unit.name
     return None
 
 
 def _refuse_level(recording: Recording, channel: Channel) -> None:
-    told = unit_sentence(channel.name, channel.value)
+    told = unit_sentence(channel.name, channel.value, recording.unit(channel.name))
     if told:
         raise BadInput(f'{recording.path}: {told}')
 
@@ -158,33 +169,75 @@ def held(channel: Channel, time: Array) -> Array:
 
 
 def _refuse_scale(recording: Recording, ambient: float | None) -> None:
-    """A thermometer that rests where no room is, but would be in one in the other scale."""
+    """A thermometer whose room is no room, but would be one in the other scale."""
     drive, thermometer = drive_of(recording), recording.channels.get('temperature')
-    if drive is None or thermometer is None:
+    said = recording.unit('temperature')
+    if drive is None or thermometer is None or said not in ('degC', 'degF'):
         return
-    off = np.abs(held(drive, thermometer.time)) <= 0.1 * float(np.max(np.abs(drive.value)))
-    still = thermometer.value[: int(np.argmin(off)) if not off.all() else off.size]
-    if still.size < _AT_LEAST:
+    rests = _rest(drive, thermometer)
+    found = rests if rests is not None else resting_temperature(drive, thermometer)
+    if found is None:
         return
-    third = max(still.size // 3, 1)
-    rest = float(np.median(still))
-    if abs(float(np.median(still[-third:]) - np.median(still[:third]))) > 3.0:
-        return  # still cooling from before
+    rest = float(np.mean(found))
     room = _stated_room(recording, ambient)
-    celsius = rest - _KELVIN
     if room is not None and abs(rest - room) < 15.0:
         return
     low, high = (room - 8.0, room + 8.0) if room is not None else _ROOM
-    for said, meant, value, odd in (
-        ('degC', 'degF', (celsius - 32.0) / 1.8 + _KELVIN, rest > _ROOM[1]),
-        ('degF', 'degC', celsius * 1.8 + 32.0 + _KELVIN, rest < _ROOM[0]),
-    ):
-        if odd and low <= value <= high:
-            raise BadInput(
-                f'{recording.path}: temperature rests at {celsius:.1f} degC before it is heated, which in {meant} '
-                f'would be a room of {value - _KELVIN:.1f} degC: recorded in {meant}, not {said}? Then say '
-                f'--unit temperature={meant}; in a warm or cold chamber state ambient_temperature_c in --params'
-            )
+    celsius = UNITS['degC'].from_si(rest)
+    if said == 'degC':
+        meant, value, odd = 'degF', UNITS['degF'].to_si(celsius), min(found) > _ROOM[1]
+    else:
+        meant, value, odd = 'degC', UNITS['degC'].to_si(UNITS['degF'].from_si(rest)), max(found) < _ROOM[0]
+    if odd and low <= value <= high:
+        where = 'before it is heated' if rests is not None else 'where it cools down to'
+        raise BadInput(
+            f'{recording.path}: temperature rests at {UNITS[said].from_si(rest):.1f} {said} {where}, which in {meant} '
+            f'would be a room of {UNITS["degC"].from_si(value):.1f} degC: recorded in {meant}, not {said}? Then say '
+            f'--unit temperature={meant}; in a warm or cold chamber state ambient_temperature_c in --params'
+        )
+
+
+def _rest(drive: Channel, thermometer: Channel) -> tuple[float, float] | None:
+    """The temperature (K) before anything is heated, twice; None where nothing rests."""
+    off = np.abs(held(drive, thermometer.time)) <= 0.1 * float(np.max(np.abs(drive.value)))
+    still = thermometer.value[: int(np.argmin(off)) if not off.all() else off.size]
+    if still.size < _AT_LEAST:
+        return None
+    third = max(still.size // 3, 1)
+    if abs(float(np.median(still[-third:]) - np.median(still[:third]))) > 3.0:
+        return None  # still cooling from before
+    rest = float(np.median(still))
+    return rest, rest
+
+
+def resting_temperature(drive: Channel, thermometer: Channel) -> tuple[float, float] | None:
+    """Between which temperatures (K) the thermometer would rest without heat, from how it is heated and cools.
+
+    A first-order lag of the heat with its start, fitted at each of several time constants; those that fit nearly as
+    well as the best give the range. None where no lag fits, or the heat hardly changes.
+    """
+    time, value = thermometer.time, thermometer.value
+    if time.size < 50 or np.ptp(value) == 0.0:
+        return None
+    step = max((time[-1] - time[0]) / _COARSE, 1e-3)
+    grid = np.arange(time[0], time[-1] + step, step)
+    heat = held(drive, grid) ** (1 if drive.name.startswith('power') else 2)
+    if np.ptp(heat) < 0.3 * float(np.max(np.abs(heat), initial=0.0)) or not np.any(heat):
+        return None
+    found = []
+    for lag in _LAGS:
+        share = 1.0 - np.exp(-step / lag)
+        warm = np.interp(time, grid, lfilter([0.0, share], [1.0, share - 1.0], heat))
+        columns = np.column_stack([np.ones(time.size), warm / max(float(np.max(np.abs(warm))), 1e-300)])
+        columns = np.column_stack([columns, np.exp(-(time - time[0]) / lag)])
+        solved = np.linalg.lstsq(columns, value, rcond=1e-6)[0]
+        left = float(np.std(value - columns @ solved))
+        found.append((left, float(solved[0]), float(solved[1])))
+    best = min(found)[0]
+    near = [rest for left, rest, rise in found if left <= 1.5 * best and rise > 0.0]
+    if not near or best > _FITS * float(np.std(value)):
+        return None
+    return min(near), max(near)
 
 
 def _stated_room(recording: Recording, ambient: float | None) -> float | None:
@@ -192,7 +245,7 @@ def _stated_room(recording: Recording, ambient: float | None) -> float | None:
     if channel is not None and len(channel):
         return float(np.median(channel.value))
     try:
-        return as_number(recording.known.get('ambient_c'), '') + _KELVIN
+        return UNITS['degC'].to_si(as_number(recording.known.get('ambient_c'), ''))
     except BadInput:  # it does not say, or only in words
         return ambient
 
@@ -242,33 +295,57 @@ def _refuse_leaps(recording: Recording, name: str) -> None:
         )
 
 
-def _refuse_sign(recording: Recording) -> None:
-    """A displacement that falls whenever the muscle is heated, the load being the same."""
-    drive, stroke = drive_of(recording), recording.channels.get('displacement')
-    if drive is None or stroke is None or len(stroke) < 50 or np.ptp(stroke.value) == 0.0:
+def _refuse_signs(recording: Recording) -> None:
+    """A stroke, a held force or a temperature that falls whenever the muscle is heated, the load being the same."""
+    drive = drive_of(recording)
+    if drive is None:
         return
-    load = recording.channels.get('load')
-    if load is not None and len(load) and np.ptp(load.value) > 0.02 * max(float(np.max(np.abs(load.value))), 1e-9):
-        return
-    if stroke.time[-1] - stroke.time[0] < 10.0 or np.ptp(held(drive, stroke.time)) == 0.0:
-        return
-    found = [_correlation(stroke, warmth) for warmth in _warmths(recording, drive, stroke.time)]
-    if min(found) < -_SURE and max(found) < 0.5:
-        unit = CHANNELS['displacement'].unit
+    meant = {
+        'displacement': ('counts contraction, positive when shorter', 'counts length'),
+        'force': ('is tension, positive when it pulls', 'counts compression'),
+    }
+    for name, (what, otherwise) in meant.items():
+        channel = recording.channels.get(name)
+        if channel is not None and not _load_changes(recording) and _falls_when_heated(recording, channel, drive):
+            unit = recording.unit(name)
+            turned = unit[1:] if unit.startswith('-') else f'-{unit}'
+            raise BadInput(
+                f'{recording.path}: {name} falls when the muscle is heated, but {what}: if {channel.topic} '
+                f'{otherwise}, say --unit {name}={turned}'
+            )
+    channel = recording.channels.get('temperature')
+    if channel is not None and _falls_when_heated(recording, channel, drive):
         raise BadInput(
-            f'{recording.path}: displacement falls when the muscle is heated, but counts contraction, positive when '
-            f'shorter: if {stroke.topic} counts length, say --unit displacement=-{unit}'
+            f'{recording.path}: temperature falls when the muscle is heated: are the leads of the thermocouple '
+            f'swapped? If {channel.topic} carries something else, say --channel temperature=TOPIC'
         )
+
+
+def _load_changes(recording: Recording) -> bool:
+    load = recording.channels.get('load')
+    if load is None or not len(load):
+        return False
+    return bool(np.ptp(load.value) > 0.02 * max(float(np.max(np.abs(load.value))), 1e-9))
+
+
+def _falls_when_heated(recording: Recording, channel: Channel, drive: Channel) -> bool:
+    if len(channel) < 50 or np.ptp(channel.value) == 0.0:
+        return False
+    if channel.time[-1] - channel.time[0] < 10.0 or np.ptp(held(drive, channel.time)) == 0.0:
+        return False
+    found = [_correlation(channel, warmth) for warmth in _warmths(recording, drive, channel)]
+    return min(found) < -_SURE and max(found) < 0.5
 
 
 def _correlation(channel: Channel, other: Array) -> float:
     return float(np.corrcoef(channel.value, other)[0, 1]) if np.ptp(other) > 0.0 else 0.0
 
 
-def _warmths(recording: Recording, drive: Channel, time: Array) -> list[Array]:
-    """What a muscle's temperature is like: as recorded, and the square of the input with lags of 3 to 40 s."""
-    found = []
-    if 'temperature' in recording and len(recording['temperature']) > 20:
+def _warmths(recording: Recording, drive: Channel, channel: Channel) -> list[Array]:
+    """What a muscle's temperature is like at a channel's instants: as recorded, and the square of the input with lags
+    of 3 to 40 s."""
+    found, time = [], channel.time
+    if channel.name != 'temperature' and 'temperature' in recording and len(recording['temperature']) > 20:
         found.append(np.interp(time, recording['temperature'].time, recording['temperature'].value))
     step = max(_GRID_S, float(time[-1] - time[0]) / _GRID_MOST)
     grid = np.arange(time[0], time[-1], step)

@@ -96,6 +96,8 @@ class Recording:
     start_ns  the time that every channel counts from, ns since the epoch of the clock that stamped the bag
     known     what was written down about the run (load, rest length, end ...), free keys
     notes     what the reader had to mend or leave out, one sentence each
+    units     in which a channel's numbers were taken to be, where that may not be the contract's
+    broken    what the reader saw that no model can follow, one sentence each
     """
 
     path: str
@@ -103,6 +105,12 @@ class Recording:
     start_ns: int
     known: Mapping[str, object] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    broken: tuple[str, ...] = ()
+
+    def unit(self, name: str) -> str:
+        """In which a channel's numbers were taken to be."""
+        return self.units.get(name, CHANNELS[name].unit)
 
     def __getitem__(self, name: str) -> Channel:
         try:

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
+from tcp_muscle_ros.diagnosis.observation.admission import admit, refuse_other_scale
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.holding import Conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.recording.mending import Mended, mend
-from tcp_muscle_ros.recording.plausibility import refuse_implausible
 from tcp_muscle_ros.recording.recording import OUTPUTS, Recording
 from tcp_muscle_ros.settings.parameter_file import ParameterFile
 
@@ -20,14 +20,33 @@ def prepared(
     recordings: Sequence[Recording], nominal: ParameterFile, most: int = MOST
 ) -> tuple[list[Mended], list[Experiment]]:
     """What a model can follow of each recording, and all its parts as experiments of at most so many observations."""
+    _admit(recordings, nominal)
+    mended = [_mended(recording) for recording in recordings]
+    return mended, _experiments([part for m in mended for part in m.parts], nominal, most)
+
+
+def whole(recordings: Sequence[Recording], nominal: ParameterFile, most: int | None = None) -> list[Experiment]:
+    """Recordings as they are, through the same gate but not mended, as experiments of at most so many observations."""
+    _admit(recordings, nominal)
+    return _experiments(recordings, nominal, most)
+
+
+def _admit(recordings: Sequence[Recording], nominal: ParameterFile) -> None:
     given = conditions(nominal)
-    mended = [_mended(recording, given.ambient) for recording in recordings]
-    return mended, [prepare(part, nominal.parameters, given, most) for m in mended for part in m.parts]
+    for recording in recordings:
+        admit(recording, nominal.parameters, ambient=given.ambient, load=given.load)
 
 
-def _mended(recording: Recording, ambient: float | None) -> Mended:
-    """What a model can follow of a recording. BadInput where it is not what it says it is, or nothing is left."""
-    refuse_implausible(recording, ambient)
+def _experiments(recordings: Sequence[Recording], nominal: ParameterFile, most: int | None) -> list[Experiment]:
+    given = conditions(nominal)
+    experiments = [prepare(recording, nominal.parameters, given, most) for recording in recordings]
+    for experiment in experiments:
+        refuse_other_scale(experiment, nominal.parameters)
+    return experiments
+
+
+def _mended(recording: Recording) -> Mended:
+    """What a model can follow of a recording. BadInput where nothing is left."""
     mended = mend(recording)
     if mended.faults and not any(name in part for part in mended.parts for name in OUTPUTS):
         raise BadInput(f'{recording.path}: {mended.faults[0].sentence}, and nothing else was recorded')

@@ -1,0 +1,153 @@
+"""Whether a recording can be that of a muscle like the one assumed: the gate of every command that fits or replays.
+
+``recording/plausibility.py`` looks at a recording alone. Here it meets the muscle: a load in gram draws it to a hundred
+times its length, a current in the wrong unit heats it by a millionth of what was seen. A fit would bend the muscle
+until it agrees. What is refused is refused in one line that says how to mend it; a muscle that is merely another than
+assumed passes.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.scatter import white_sigma
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.recording.plausibility import refuse_implausible
+from tcp_muscle_ros.recording.recording import CHANNELS, Recording
+from tcp_muscle_ros.recording.units import UNITS
+
+_STRETCH = 5.0  # times its length, which no load draws a coil to and leaves it one
+_OTHER_MUSCLE = 100.0  # times: so far, but no farther, is another muscle from the one assumed
+_ALIKE = 0.9  # correlation from which on a channel is the model's but for a factor
+_TWINKLES = 6.0  # standard deviations of a mean of samples, within which nothing moves
+_PARTS = 20  # of a recording, whose means are compared
+_STATE = 'or state that of this muscle in --params'
+
+
+def admit(recording: Recording, muscle: Parameters, *, ambient: float | None, load: float | None) -> None:
+    """BadInput where a recording is not what it says it is, or no muscle like this one could have given it.
+
+    Args:
+        recording: as read, before anything is mended.
+        muscle: as assumed.
+        ambient: K, and ``load`` N: what the user states of the run where the recording does not.
+    """
+    refuse_implausible(recording, ambient)
+    _refuse_pull(recording, muscle, load)
+    _refuse_resistance(recording, muscle)
+
+
+def _refuse_pull(recording: Recording, muscle: Parameters, load: float | None) -> None:
+    """A load or force under which the muscle would be many times as long as it is."""
+    pulls = {
+        name: float(np.percentile(np.abs(recording[name].value), 95.0))
+        for name in ('load', 'force')
+        if len(recording.channels.get(name, ()))
+    }
+    if 'load' not in pulls and load is not None:
+        pulls['load_n'] = load
+    for name, force in pulls.items():
+        stretch = force / muscle['k0'] / muscle['H0']
+        if stretch > _STRETCH:
+            stated = name == 'load_n'
+            taken = 'N' if stated else recording.unit(name)
+            shown = UNITS[taken.lstrip('-')].from_si(force)
+            raw = f'state it in N, not g ({force:g} g are {UNITS["g"].to_si(force):.3g} N)'
+            mend = raw if stated else f'if it is recorded in g, say --unit {name}=g'
+            raise BadInput(
+                f'{recording.path}: {name} is about {shown:.4g} {taken}, which would draw this muscle (k0 = '
+                f'{muscle["k0"]:.4g} N/m) to {stretch:.0f} times its length: {mend}; {_STATE} (k0)'
+            )
+
+
+def _refuse_resistance(recording: Recording, muscle: Parameters) -> None:
+    """A resistance that is far from any muscle's like this."""
+    if 'resistance' not in recording or not len(recording['resistance']):
+        return
+    typical, taken = float(np.median(recording['resistance'].value)), recording.unit('resistance')
+    factor = typical / muscle['R0']
+    if 1.0 / _OTHER_MUSCLE < factor < _OTHER_MUSCLE:
+        return
+    raw = UNITS[taken].from_si(typical)
+    fitting = [u.name for u in UNITS.values() if u.quantity == 'resistance' and 0.1 < u.to_si(raw) / muscle['R0'] < 10]
+    mend = f'if it is recorded in {fitting[0]}, say --unit resistance={fitting[0]}' if fitting else 'check its unit'
+    raise BadInput(
+        f'{recording.path}: resistance is about {raw:.4g} {taken}, this muscle has {muscle["R0"]:.4g} ohm: {mend}; '
+        f'{_STATE} (R0)'
+    )
+
+
+def refuse_other_scale(experiment: Experiment, muscle: Parameters) -> None:
+    """BadInput where a channel follows the model but for a factor that no other muscle explains: a unit is wrong.
+
+    Also where the model's answer is not finite.
+    """
+    predicted = finite_prediction(experiment, muscle)
+    factors = {}
+    for name, observed in experiment.observed.items():
+        shown = predicted[name]
+        if name == 'resistance' or observed.value.size < 20 or np.ptp(shown) == 0.0 or np.ptp(observed.value) == 0.0:
+            continue
+        if float(np.corrcoef(shown, observed.value)[0, 1]) > _ALIKE:
+            factors[name] = float(np.std(observed.value) / np.std(shown))
+    for name, factor in factors.items():
+        if 1.0 / _OTHER_MUSCLE < factor < _OTHER_MUSCLE:
+            continue
+        kind = experiment.imposed.kind
+        alike = all(0.1 < other / factor < 10.0 for other in factors.values())
+        suspect = kind if name == 'temperature' or (alike and len(factors) > 1) else name
+        also = f' or {name}' if suspect == kind else f' or {kind}'
+        more = f'{factor:.1e} times as much' if factor > 1.0 else f'{1.0 / factor:.1e} times less'
+        raise BadInput(
+            f'{experiment.name}: {name} moves as this muscle would under this {kind}, but {more}: is {suspect}{also} '
+            f'in another unit (--unit {suspect}={_units(suspect)})? {_STATE[0].upper()}{_STATE[1:]}'
+        )
+
+
+def _units(name: str) -> str:
+    """The units that a channel may have, as a choice."""
+    quantity = UNITS[CHANNELS[name].unit].quantity
+    return '|'.join(unit.name for unit in UNITS.values() if unit.quantity == quantity)
+
+
+def finite_prediction(experiment: Experiment, muscle: Parameters) -> dict[str, Array]:
+    """What the model shows at the instants observed (SI, by channel). BadInput where it is not finite."""
+    with np.errstate(all='ignore'):
+        outputs = experiment.outputs(muscle, only=('fibre_temperature', *experiment.observed))
+    hot = outputs.fibre_temperature
+    wild = ~np.isfinite(hot)
+    for name in experiment.observed:
+        wild |= ~np.isfinite(getattr(outputs, name))
+    if wild.any():
+        at = int(np.argmax(wild))
+        imposed = experiment.imposed
+        raise BadInput(
+            f'{experiment.name}: the model has no finite answer from {imposed.time[at]:.4g} s on, under '
+            f'{imposed.drive[max(at - 1, 0)]:.4g} {CHANNELS[imposed.kind].unit} and '
+            f'{imposed.load[max(at - 1, 0)]:.4g} N: this muscle would have burnt; are the units of the input '
+            'right, and the parameters those of this muscle?'
+        )
+    return experiment.shown(outputs)
+
+
+def refuse_still(experiments: Iterable[Experiment]) -> None:
+    """BadInput where no channel of any recording moves: a fit would find numbers in nothing."""
+    experiments = tuple(experiments)
+    if any(_moves(observed.value) for e in experiments for observed in e.observed.values()):
+        return
+    channels = sorted({name for e in experiments for name in e.observed})
+    driven = any(np.ptp(e.imposed.drive) > 0.0 for e in experiments)
+    why = 'although the input changes: are the sensors connected?' if driven else 'and neither does the input'
+    names = ', '.join(channels)
+    raise BadInput(f'{experiments[0].name}: {names} do{"es" * (len(channels) == 1)} not move, {why}')
+
+
+def _moves(value: Array) -> bool:
+    """Whether the means of a channel's parts differ by more than its noise makes them."""
+    parts = [part for part in np.array_split(value, _PARTS) if part.size]
+    means = np.array([part.mean() for part in parts])
+    noise = white_sigma(value) / float(np.sqrt(max(value.size // _PARTS, 1)))
+    return bool(np.ptp(means) > max(_TWINKLES * noise, 1e-9 * float(np.max(np.abs(value), initial=0.0))))
