@@ -1,24 +1,31 @@
-"""How warm two muscles on one joint must be for an angle and a co-contraction.
+"""How warm two muscles on one joint must be for an angle and a co-contraction, or for an angle and a stiffness.
 
     F_agonist, F_antagonist = co-contraction +- torque / (2 r)
 
 torque is what the muscles must hold against. It is not estimated through a model: whatever pulls at a joint that is at
-rest, the difference of the two measured tensions holds it. A muscle of the wanted length under the wanted tension has
-one temperature; a TrackingController brings it there, and as it reads its temperature coordinate from the measured
-angle and tension through the same map, what the map does not know is in both, and the angle is met all the same.
+rest, the difference of the two measured tensions holds it. What of it is known to be other at the setpoint (gravity, by
+``gravity.py``) is put in its place; a joint that turns far then need not first hang too low to be corrected. A muscle
+of the wanted length under the wanted tension has one temperature; a TrackingController brings it there, and as it reads
+its temperature coordinate from the measured angle and tension through the same map, what the map does not know is in
+both, and the angle is met all the same.
 
 A muscle takes seconds to heat and longer to cool. So nothing is asked for but what it can soon be: while one of them is
 too warm the other pulls harder, while one is too cold the other waits. The angle is met first, and the co-contraction
 comes to what is wanted after it.
+
+A stiffness is a co-contraction too: the joint's is r^2 (k1(T1) + k2(T2)) as long as both are taut, and nylon softens as
+it warms, so more co-contraction makes this joint softer. What the limits of both muscles leave is found first, the
+stiffness that is nearest to the wanted one within it then.
 """
 
 from dataclasses import dataclass
 from math import expm1, inf
 
-from tcp_muscle_ros.muscle import Parameters, length, temperature_for_length, tension
+from tcp_muscle_ros.muscle import Parameters, length, length_at, temperature_for_length, tension
 
 # Filter times, of which the first makes up for the filter's lag: what a muscle cools or heats by in them is asked for.
 _COOLING, _HEATING = 1.2, 1.4
+_ROUNDS = 18  # of a bisection of the co-contraction: to 4e-6 of its range
 
 
 @dataclass(frozen=True)
@@ -30,6 +37,10 @@ class Side:
     current_limit: float  # A
     temperature_limit: float  # K
 
+    def stiffness(self, temperature: float) -> float:
+        """N/m, at a temperature (K)."""
+        return 1.0 / (length_at(self.model, temperature, 1.0) - length_at(self.model, temperature, 0.0))
+
     def soon(self, now: float, ambient: float, time: float) -> tuple[float, float]:
         """The coldest and the hottest (K) that it can be a short time (s) after the temperature ``now``."""
         p = self.model
@@ -39,8 +50,21 @@ class Side:
         return coldest, min(now + max(heating, 0.0) * _HEATING * time, self.temperature_limit)
 
 
+@dataclass(frozen=True)
+class Hold:
+    """The torque (N m, towards positive angles) by which the muscles hold what is known to pull, such as gravity."""
+
+    here: float = 0.0  # at the measured angle
+    there: float = 0.0  # at the setpoint
+
+
+FREE = Hold()
+
+
 class Antagonist:
     """Angle (rad) and co-contraction (N, the mean of both tensions) in, temperatures (K) of both muscles out.
+
+    ``cocontraction`` and ``stiffness`` (N m/rad) are what the last update went for, within what the muscles can do.
 
     Args:
         agonist: turns the joint towards positive angles.
@@ -63,6 +87,7 @@ class Antagonist:
         """Forget what was measured."""
         self._difference: float | None = None
         self._now: tuple[float, ...] = ()
+        self.cocontraction = self.stiffness = 0.0
 
     def lengths(self, angle: float) -> tuple[float, ...]:
         """Both muscles' lengths (m) at an angle (rad)."""
@@ -76,24 +101,68 @@ class Antagonist:
         angle: float,
         tensions: tuple[float, float],
         ambients: tuple[float, float],
+        *,
+        stiffness: float | None = None,
+        hold: Hold = FREE,
     ) -> tuple[float, ...]:
-        """One period: what is wanted (rad, N), measured (rad, N) and around (K) -> the two temperatures to go to."""
-        self._see(angle, tensions)
+        """One period: what is wanted, measured and around -> the two temperatures (K) to go to.
+
+        Args:
+            setpoint: rad.
+            cocontraction: N, the mean of both tensions.
+            angle: rad, measured.
+            tensions: N, measured.
+            ambients: K.
+            stiffness: N m/rad; where it is given, the co-contraction is the one that comes nearest to it.
+            hold: what is known to pull at the joint.
+        """
+        self._see(angle, tensions, hold)
         assert self._difference is not None
-        least, most = abs(self._difference), inf
+        difference = self._difference + 0.5 * hold.there / self._radius
+        least, most = abs(difference), inf
         wanted = self.lengths(setpoint)
         for side, height, sign, now, ambient in zip(self._sides, wanted, self._signs, self._now, ambients, strict=True):
             coldest, hottest = side.soon(now, ambient, self._lag)
-            least = max(least, tension(side.model, height, coldest) - sign * self._difference)
-            most = min(most, tension(side.model, height, hottest) - sign * self._difference)
-        mean = max(min(cocontraction, most), least)
+            least = max(least, tension(side.model, height, coldest) - sign * difference)
+            most = min(most, tension(side.model, height, hottest) - sign * difference)
+        if stiffness is not None:
+            cocontraction = self._for_stiffness(stiffness, wanted, difference, least, max(least, most))
+        self.cocontraction = max(min(cocontraction, most), least)
+        found = self._temperatures(wanted, self.cocontraction, difference)
+        self.stiffness = self._stiffness(found)
+        return found
+
+    def _temperatures(self, wanted: tuple[float, ...], mean: float, difference: float) -> tuple[float, ...]:
         return tuple(
-            temperature_for_length(side.model, height, mean + sign * self._difference)
+            temperature_for_length(side.model, height, max(0.0, mean + sign * difference))
             for side, height, sign in zip(self._sides, wanted, self._signs, strict=True)
         )
 
-    def _see(self, angle: float, tensions: tuple[float, float]) -> None:
-        difference = 0.5 * (tensions[0] - tensions[1])
+    def _stiffness(self, temperatures: tuple[float, ...]) -> float:
+        pairs = zip(self._sides, temperatures, strict=True)
+        return self._radius**2 * sum(side.stiffness(temperature) for side, temperature in pairs)
+
+    def _for_stiffness(
+        self, stiffness: float, wanted: tuple[float, ...], difference: float, low: float, high: float
+    ) -> float:
+        """The co-contraction (N) between two that comes nearest to a stiffness (N m/rad)."""
+
+        def excess(mean: float) -> float:
+            return self._stiffness(self._temperatures(wanted, mean, difference)) - stiffness
+
+        at_low, at_high = excess(low), excess(high)
+        if at_low * at_high >= 0.0:
+            return low if abs(at_low) <= abs(at_high) else high
+        for _ in range(_ROUNDS):
+            middle = 0.5 * (low + high)
+            if excess(middle) * at_low > 0.0:
+                low = middle
+            else:
+                high = middle
+        return 0.5 * (low + high)
+
+    def _see(self, angle: float, tensions: tuple[float, float], hold: Hold) -> None:
+        difference = 0.5 * (tensions[0] - tensions[1]) - 0.5 * hold.here / self._radius
         now = tuple(
             temperature_for_length(side.model, height, pull)
             for side, height, pull in zip(self._sides, self.lengths(angle), tensions, strict=True)

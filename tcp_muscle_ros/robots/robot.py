@@ -107,6 +107,19 @@ class Robot:
         found: Array = self.data.ten_length[self._tendon] - self._cable
         return found
 
+    def moment_arm(self, muscle: str, joint: str) -> float:
+        """m, in the present pose: by how much a muscle is shorter for each rad that a joint turns further."""
+        place, index, before = self.place(joint), self._index(muscle), self.data.qpos.copy()
+        found = []
+        for angle in (before[place] - 1e-4, before[place] + 1e-4):
+            self.data.qpos[place] = angle
+            self._mj.mj_kinematics(self.model, self.data)
+            self._mj.mj_tendon(self.model, self.data)
+            found.append(self.lengths()[index])
+        self.data.qpos[:] = before
+        self._mj.mj_forward(self.model, self.data)
+        return float(found[0] - found[1]) / 2e-4
+
     @property
     def temperatures(self) -> Array:
         """Of the fibres, K."""

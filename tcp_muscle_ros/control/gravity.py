@@ -1,0 +1,141 @@
+"""The torques by which the joints of a robot hold its links against gravity, from its URDF.
+
+    tau_j = - axis_j . sum_i (c_i - o_j) x (m_i g)   over the links i that joint j carries
+
+Fixed and turning joints; links without ``inertial`` weigh nothing.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import cos, sin
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tcp_muscle_ros.errors import BadInput, nearest
+
+Array = NDArray[np.float64]
+EARTH = (0.0, 0.0, -9.81)  # m/s^2
+
+
+@dataclass(frozen=True)
+class _Link:
+    joint: str  # by which it hangs on its parent; '' for one that does not turn
+    parent: int  # its place in the list; -1 for the root
+    place: Array  # of its frame in the parent's, m
+    turn: Array  # likewise, a rotation
+    axis: Array
+    mass: float  # kg
+    centre: Array  # of mass, m, in its frame
+
+
+def _numbers(element: ElementTree.Element | None, name: str, default: str) -> Array:
+    text = default if element is None else element.get(name, default)
+    return np.array([float(part) for part in text.split()])
+
+
+def rotation(axis: Array, angle: float) -> Array:
+    """The matrix that turns by ``angle`` (rad) about a unit ``axis``. Rodrigues."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + sin(angle) * cross + (1.0 - cos(angle)) * (cross @ cross))
+
+
+def _roll_pitch_yaw(rpy: Array) -> Array:
+    x, y, z = np.eye(3)
+    return np.asarray(rotation(z, rpy[2]) @ rotation(y, rpy[1]) @ rotation(x, rpy[0]))
+
+
+class Gravity:
+    """What gravity asks of each turning joint.
+
+    Args:
+        urdf: the robot's description, as text.
+
+    Raises:
+        BadInput: no URDF, or a joint that neither turns nor is fixed.
+    """
+
+    def __init__(self, urdf: str) -> None:
+        try:
+            robot = ElementTree.fromstring(urdf)
+        except ElementTree.ParseError as problem:
+            raise BadInput(f'the robot description is no XML: {problem}') from None
+        carried = {joint.find('child').get('link'): joint for joint in robot.findall('joint')}  # type: ignore[union-attr]
+        self._links: list[_Link] = []
+        self._index: dict[str, int] = {}
+        waiting = [str(link.get('name')) for link in robot.findall('link')]
+        elements = {str(link.get('name')): link for link in robot.findall('link')}
+        while waiting:
+            ready = [name for name in waiting if name not in carried or self._parent(carried[name]) in self._index]
+            if not ready:
+                raise BadInput(f"the robot description is no tree: link '{waiting[0]}' hangs on nothing")
+            for name in ready:
+                self._index[name] = len(self._links)
+                self._links.append(self._read(elements[name], carried.get(name)))
+                waiting.remove(name)
+        self.joints = tuple(link.joint for link in self._links if link.joint)
+
+    @staticmethod
+    def _parent(joint: ElementTree.Element) -> str:
+        parent = joint.find('parent')
+        return '' if parent is None else str(parent.get('link'))
+
+    def _read(self, link: ElementTree.Element, joint: ElementTree.Element | None) -> _Link:
+        inertial = link.find('inertial')
+        mass = inertial.find('mass') if inertial is not None else None
+        origin = inertial.find('origin') if inertial is not None else None
+        kind = 'fixed' if joint is None else joint.get('type')
+        if kind not in ('fixed', 'revolute', 'continuous'):
+            raise BadInput(f"link '{link.get('name')}' hangs on a joint that is {kind}; expected fixed or revolute")
+        at = None if joint is None else joint.find('origin')
+        axis = _numbers(None if joint is None else joint.find('axis'), 'xyz', '1 0 0')
+        return _Link(
+            joint='' if joint is None or kind == 'fixed' else str(joint.get('name')),
+            parent=-1 if joint is None else self._index[self._parent(joint)],
+            place=_numbers(at, 'xyz', '0 0 0'),
+            turn=_roll_pitch_yaw(_numbers(at, 'rpy', '0 0 0')),
+            axis=axis / np.linalg.norm(axis),
+            mass=0.0 if mass is None else float(mass.get('value', 0.0)),
+            centre=_numbers(origin, 'xyz', '0 0 0'),
+        )
+
+    def torques(self, angles: Mapping[str, float], gravity: Sequence[float] = EARTH) -> dict[str, float]:
+        """The torque (N m) that each joint must give to stay at ``angles`` (rad; 0 where none is given).
+
+        Args:
+            angles: by the names of joints.
+            gravity: m/s^2, in the frame of the robot's root.
+
+        Raises:
+            BadInput: an angle of a joint that the robot does not have.
+        """
+        for name in angles:
+            if name not in self.joints:
+                raise BadInput(f"the robot description has no turning joint '{name}'{nearest(name, self.joints)}")
+        places: list[Array] = []
+        turns: list[Array] = []
+        for link in self._links:
+            turn, place = (np.eye(3), np.zeros(3)) if link.parent < 0 else (turns[link.parent], places[link.parent])
+            places.append(place + turn @ link.place)
+            turns.append(turn @ link.turn @ rotation(link.axis, angles.get(link.joint, 0.0) if link.joint else 0.0))
+        weight, moment = self._carried(places, turns, np.asarray(gravity, dtype=np.float64))
+        return {
+            link.joint: float(-(turns[k] @ link.axis) @ (moment[k] - np.cross(places[k], weight[k])))
+            for k, link in enumerate(self._links)
+            if link.joint
+        }
+
+    def _carried(self, places: list[Array], turns: list[Array], gravity: Array) -> tuple[Array, Array]:
+        """Of each link with all that hangs on it: weight (N) and its moment about the origin (N m)."""
+        weight, moment = np.zeros((len(places), 3)), np.zeros((len(places), 3))
+        for k in range(len(places) - 1, -1, -1):
+            link = self._links[k]
+            pull = link.mass * gravity
+            weight[k] += pull
+            moment[k] += np.cross(places[k] + turns[k] @ link.centre, pull)
+            if link.parent >= 0:
+                weight[link.parent] += weight[k]
+                moment[link.parent] += moment[k]
+        return weight, moment

@@ -1,0 +1,36 @@
+"""The joints of a simulated robot in closed loop."""
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.robots.controlled import ControlledRobot
+
+pytest.importorskip('mujoco', reason="needs MuJoCo (extra 'mujoco', Python 3.11 and later)")
+PAPER = Parameters.named('karami_tadesse_2017')
+
+
+def lifted(compensate, muscles=None):
+    """The arm's angles (rad) while its shoulder is lifted by 0.6 rad and its elbow is to stay at 0.3, all warm."""
+    arm = ControlledRobot('arm', PAPER, muscles, compensate=compensate)
+    angles = []
+    for k in range(1300):
+        arm.tick([0.0 if k < 500 else 0.6, 0.3], [0.7, 0.7])
+        angles.append(arm.angles.copy())
+    return np.array(angles[500:]).T
+
+
+def test_gravity_that_is_known_lets_the_other_joint_stay_where_it_is():
+    known, unknown = (lifted(compensate) for compensate in (True, False))
+    for shoulder, _ in (known, unknown):
+        assert shoulder[-1] == pytest.approx(0.6, abs=3e-3)
+    strayed = [np.abs(elbow - 0.3).max() for _, elbow in (known, unknown)]
+    assert strayed[0] < 0.5 * strayed[1], strayed
+    assert strayed[1] > 5e-3
+
+
+def test_muscles_that_are_not_as_believed_are_turned_to_the_same_angles():
+    other = {'shoulder_flexor': PAPER.replace(k0=27.0, hA=0.016), 'elbow_extensor': PAPER.replace(R0=16.0, hA=0.023)}
+    shoulder, elbow = lifted(True, other)
+    assert shoulder[-1] == pytest.approx(0.6, abs=5e-3)
+    assert elbow[-1] == pytest.approx(0.3, abs=3e-3)

@@ -1,0 +1,83 @@
+"""One source for a robot: its URDF is made from its MJCF, and gravity by the URDF is MuJoCo's own."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.control.gravity import Gravity
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.robots.controlled import joints_of
+from tcp_muscle_ros.robots.models import ROBOTS, load
+from tcp_muscle_ros.robots.urdf import urdf
+
+mujoco = pytest.importorskip('mujoco', reason="needs MuJoCo (extra 'mujoco', Python 3.11 and later)")
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize('robot', ROBOTS)
+def test_the_urdf_is_what_the_mjcf_makes(robot):
+    assert (ROOT / 'urdf' / f'{robot}.urdf').read_text(encoding='utf-8') == urdf(robot), 'run scripts/make_urdf.py'
+
+
+@pytest.mark.parametrize('robot', ROBOTS)
+def test_mujoco_reads_the_urdf_as_the_same_robot(robot):
+    """Masses, inertias and joint axes in a pose; the palm's ball and what does not move are no part of it."""
+    text = (ROOT / 'urdf' / f'{robot}.urdf').read_text(encoding='utf-8')
+    mine, theirs = load(robot), mujoco.MjModel.from_xml_string(text)
+    poses = {joint: 0.3 * (k + 1) for k, joint in enumerate(joints_of(robot))}
+    found = []
+    for model in (mine, theirs):
+        data = mujoco.MjData(model)
+        for joint, angle in poses.items():
+            data.qpos[model.joint(joint).qposadr] = angle
+        mujoco.mj_forward(model, data)
+        places = [int(model.jnt_dofadr[model.joint(joint).id]) for joint in poses]
+        full = np.zeros((model.nv, model.nv))
+        for k in range(model.nv):  # column by column: M e_k
+            mujoco.mj_mulM(model, data, full[k], np.eye(model.nv)[k])
+        found.append((full[np.ix_(places, places)], data.qfrc_bias[places]))
+    assert found[0][0] == pytest.approx(found[1][0], rel=1e-5)
+    assert found[0][1] == pytest.approx(found[1][1], rel=1e-5)
+
+
+@pytest.mark.parametrize('robot', ROBOTS)
+def test_gravity_is_that_of_mujoco_in_every_pose_and_direction(robot):
+    gravity, model, chance = Gravity(urdf(robot)), load(robot), np.random.default_rng(1)
+    data = mujoco.MjData(model)
+    for _ in range(20):
+        pose = {joint: chance.uniform(-1.2, 1.2) for joint in joints_of(robot)}
+        model.opt.gravity[:] = chance.normal(0.0, 5.0, 3)
+        for joint, angle in pose.items():
+            data.qpos[model.joint(joint).qposadr] = angle
+        mujoco.mj_forward(model, data)
+        torques = gravity.torques(pose, model.opt.gravity)
+        for joint in pose:
+            held = data.qfrc_bias[int(model.jnt_dofadr[model.joint(joint).id])]
+            assert torques[joint] == pytest.approx(held, rel=1e-6, abs=1e-9)
+
+
+def test_the_pulleys_are_those_of_the_controllers_parameters():
+    import yaml
+
+    values = yaml.safe_load((ROOT / 'config' / 'finger.yaml').read_text())['/**']['ros__parameters']
+    model = load('finger')
+    assert values['joints'] == list(joints_of('finger'))
+    for joint in values['joints']:
+        row, turn = values[joint], model.joint(joint)
+        assert row['radius_m'] == model.geom(f'{joint}_pulley').size[0]
+        assert [row['low_rad'], row['high_rad']] == turn.range.tolist()
+        assert {row['agonist'], row['antagonist']} <= set(values['muscles'])
+
+
+def test_what_is_no_description_is_said():
+    with pytest.raises(BadInput, match='no XML'):
+        Gravity('<robot')
+    with pytest.raises(BadInput, match="link 'b' hangs on a joint that is prismatic"):
+        Gravity(
+            '<robot><link name="a"/><link name="b"/><joint name="j" type="prismatic">'
+            '<parent link="a"/><child link="b"/></joint></robot>'
+        )
+    with pytest.raises(BadInput, match="no turning joint 'elbo'; did you mean 'elbow'"):
+        Gravity(ElementTree.tostring(ElementTree.fromstring(urdf('arm')), encoding='unicode')).torques({'elbo': 0.0})
