@@ -23,6 +23,7 @@ DEBUG = 'TCP_MUSCLE_DEBUG'
 
 COMMANDS = {
     'simulate': ('simulate', 'run a protocol offline, faster than real time, to a bag'),
+    'run': ('run', 'play a protocol on the muscle that answers, and record it'),
     'record': ('record', "record a muscle's topics to a bag"),
     'import': ('import_recordings', "a lab's CSV to bags, one per run of an import map"),
     'calibrate': ('calibrate', "fit the paper's parameters to recordings of a muscle, with intervals"),

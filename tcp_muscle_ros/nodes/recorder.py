@@ -7,7 +7,7 @@ rest (at 1 kHz and six topics), and keep the time at which the middleware receiv
 
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any
@@ -67,10 +67,23 @@ def record(
 
 
 class Recorder:
-    """Subscriptions to one muscle's topics, and the bag that they end in, which is made with the first message."""
+    """Subscriptions to one muscle's topics, and the bag that they end in, which is made with the first message.
 
-    def __init__(self, output: Path, namespace: str, use_sim_time: bool, say: Callable[[str], None]) -> None:
+    ``known`` of the run is kept in the bag; ``more`` are topics to record beside those of a muscle, with their types.
+    """
+
+    def __init__(
+        self,
+        output: Path,
+        namespace: str,
+        use_sim_time: bool,
+        say: Callable[[str], None],
+        *,
+        known: Mapping[str, object] | None = None,
+        more: Mapping[str, type] | None = None,
+    ) -> None:
         self._output = output
+        self._known = known
         self._namespace = '/' + namespace.strip('/')
         self._say = say
         try:
@@ -78,7 +91,8 @@ class Recorder:
         except InvalidNamespaceException as error:
             raise BadInput(f'--namespace {namespace}: {" ".join(str(error).split())}') from None
         prefix = self._namespace.rstrip('/')
-        self._types = {name if name[0] == '/' else f'{prefix}/{name}': kind for name, kind in TOPICS.items()}
+        topics = {**TOPICS, **(more or {})}
+        self._types = {name if name[0] == '/' else f'{prefix}/{name}': kind for name, kind in topics.items()}
         self._subscriptions = {topic: self._subscribe(topic, ReliabilityPolicy.RELIABLE) for topic in self._types}
         best_effort = QoSProfile(depth=_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)  # takes any publisher's
         self._clock = self._node.create_subscription(Clock, '/clock', _unused, best_effort) if use_sim_time else None
@@ -92,6 +106,11 @@ class Recorder:
     def _subscribe(self, topic: str, reliability: ReliabilityPolicy) -> Any:
         qos = QoSProfile(depth=_QUEUE, reliability=reliability)
         return self._node.create_subscription(self._types[topic], topic, _unused, qos, raw=True)
+
+    @property
+    def topics(self) -> frozenset[str]:
+        """Those of which a message is in the bag."""
+        return frozenset() if self._bag is None else frozenset(t for t, n in self._bag.counts.copy().items() if n)
 
     def run(self, duration: float | None, stop: Callable[[], bool]) -> None:
         """Take and write until `stop()`, or `duration` s after the first message."""
@@ -155,7 +174,7 @@ class Recorder:
 
     def _write(self, topic: str, payload: bytes, log_time_ns: int) -> None:
         if self._bag is None:
-            self._bag = BagWriter(self._output)
+            self._bag = BagWriter(self._output, known=self._known)
         if topic not in self._bag.counts:
             kind = self._types[topic]
             self._bag.add_topic(topic, f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}')

@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
-from tcp_muscle_ros.control.safety import Limits, Report, Safety, State, celsius
+from tcp_muscle_ros.control.safety import Kind, Limits, Report, Safety, State, celsius
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
@@ -20,6 +21,11 @@ from tcp_muscle_ros.nodes.ticks import BACKLOG
 STATE_QOS = QoSProfile(depth=BACKLOG)  # reliable, keep last
 COMMAND_QOS = QoSProfile(depth=1)  # reliable, keep last: only the newest command counts
 _QUIET = (State.ENABLED, State.DISABLED)
+
+
+def publishers_of(node: Node, topic: str) -> set[str]:
+    """The full names of the nodes that publish on a topic."""
+    return {f'{end.node_namespace.rstrip("/")}/{end.node_name}' for end in node.get_publishers_info_by_topic(topic)}
 
 
 class SafeMuscle:
@@ -35,6 +41,7 @@ class SafeMuscle:
         self.said = f'{name}: ' if name else ''  # before what the log says of it
         self._told = self.safety.state
         self._counted = 0
+        self._commanders: tuple[str, ...] = ()  # where there is more than one
 
     # What a subclass brings
 
@@ -91,6 +98,17 @@ class SafeMuscle:
         )
         return False
 
+    def look_for_commanders(self, node: Node) -> None:
+        """Ask the graph who else commands this muscle; what is found is a worry, and logged once."""
+        found = set[str]()
+        for topic in {node.resolve_topic_name(self.topic(f'{kind.name.lower()}_command')) for kind in Kind}:
+            if node.count_publishers(topic):
+                found |= publishers_of(node, topic)
+        commanders = tuple(sorted(found)) if len(found) > 1 else ()
+        if commanders and commanders != self._commanders:
+            node.get_logger().warning(f'{self.said}{_several(commanders)}; stop all but one')
+        self._commanders = commanders
+
     # State
 
     def change(self, settings: Settings) -> None:
@@ -143,6 +161,8 @@ class SafeMuscle:
     def status(self, report: Report, node_worries: Iterable[str], node_facts: Mapping[str, str]) -> DiagnosticStatus:
         """What /diagnostics says of it."""
         worries = [*self.worries(), *node_worries]
+        if self._commanders:
+            worries.append(_several(self._commanders))
         if report.state is State.FAULT:
             level = DiagnosticStatus.ERROR
         elif worries or report.state not in _QUIET:
@@ -155,6 +175,8 @@ class SafeMuscle:
             'state': report.state.value,
             'current_a': f'{report.current:.6g}',
             'current_limit_a': f'{report.limit:.6g}',
+            'configured_current_limit_a': f'{self.settings["current_limit_a"]:.6g}',
+            'derate_temperature_c': f'{self.settings["derate_temperature_c"]:.6g}',
             'limited_by': ', '.join(report.limited_by) or 'nothing',
             'hottest_c': 'unknown' if report.temperature is None else celsius(report.temperature),
             'command_age_s': 'none yet' if report.command_age is None else f'{report.command_age:.3f}',
@@ -173,3 +195,7 @@ class SafeMuscle:
             hardware_id=self.settings['joint_name'],
             values=[KeyValue(key=key, value=value) for key, value in facts.items()],
         )
+
+
+def _several(commanders: Sequence[str]) -> str:
+    return f'several commanders: {", ".join(commanders)}'

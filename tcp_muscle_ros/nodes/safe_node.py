@@ -228,6 +228,8 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
     def _look_after(self) -> None:
         """Once a second: diagnostics, and a line of log for what was counted meanwhile."""
         log = self.get_logger()
+        for muscle in self.muscles:
+            muscle.look_for_commanders(self)
         with self.lock:
             self._watch_clock()
             reports = [(muscle, muscle.safety.report()) for muscle in self.muscles]

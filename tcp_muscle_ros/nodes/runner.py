@@ -1,0 +1,345 @@
+"""The node behind ``tcp_muscle run``: plays parts of a protocol on the muscle that answers, and records them.
+
+It has no executor: commands are published at absolute times of the steady clock, and what came meanwhile is taken
+between two of them. Whatever happens, the last command is 0 A.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.duration import Duration
+from rclpy.exceptions import InvalidNamespaceException
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+from tcp_muscle_ros.control.playing import Cold, Part, Supervisor, instants
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import ZERO_CELSIUS
+from tcp_muscle_ros.nodes.recorder import Recorder
+from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, publishers_of
+from tcp_muscle_ros.nodes.serialized import NumberPublisher
+from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, OUTPUTS
+
+LATENESS = 'command_lateness'  # s, of each command
+NAME = 'protocol_runner'
+_MEASURED = (*OUTPUTS, 'current')
+_HEARD_WITHIN = 10.0  # s, in which a muscle answers
+_DIAGNOSED_WITHIN = 2.5  # s: they come once a second
+_COLD_WITHIN = 900.0  # s, in which a muscle cools
+_TURN = 0.01  # s between two looks at what came
+_LOOK = 1.0  # s between two looks at who else commands
+_TAIL = 0.2  # s of zero at the end of a part
+_SWITCH = 1e-4  # s that the recorder's thread may keep a command that is due from going out
+_BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the muscle's driver says of itself in /diagnostics; None where it does not."""
+
+    name: str = ''
+    current_limit: float | None = None  # A
+    derate_temperature: float | None = None  # K
+
+
+@dataclass(frozen=True)
+class Played:
+    """How a part went. ``stopped``: why it ended early, '' where it did not. ``lateness`` s, of each command."""
+
+    stopped: str
+    lateness: tuple[float, ...]
+
+
+class Runner:
+    """A commander of one muscle. Use as a context manager.
+
+    Raises:
+        BadInput: no such namespace, no muscle that answers, or another commander.
+    """
+
+    def __init__(self, namespace: str, kind: str, hottest: float, say: Callable[[str], None]) -> None:
+        self._namespace = '/' + namespace.strip('/')
+        self._kind = kind
+        self._say = say
+        self._supervisor = Supervisor(hottest)
+        self._hottest = hottest
+        self._answers: dict[str, DiagnosticStatus] = {}
+        self._cold: Cold | None = None
+        self._current: float | None = None
+        self.asked = False  # to stop, by a signal
+        self._prompting = False
+
+    def __enter__(self) -> Runner:
+        with ExitStack() as ending:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                ending.callback(signal.signal, number, signal.signal(number, self._on_signal))
+            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+            ending.callback(rclpy.try_shutdown)
+            try:
+                self._node = Node(NAME, namespace=self._namespace, enable_rosout=False)
+            except InvalidNamespaceException as error:
+                raise BadInput(f'--namespace {self._namespace}: {" ".join(str(error).split())}') from None
+            ending.callback(self._node.destroy_node)
+            self._topics = {kind: self._resolved(f'{kind}_command') for kind in DRIVES}
+            self._command = self._publisher(f'{self._kind}_command')
+            self._load, self._late = self._publisher('load'), self._publisher(LATENESS)
+            ending.callback(self._zero)
+            self._heard = [
+                (name, self._subscribe(CHANNELS[name].topic, Temperature if CHANNELS[name].stamped else Float64))
+                for name in _MEASURED
+            ]
+            self._diagnostics = self._subscribe('/diagnostics', DiagnosticArray)
+            self._wait_for_muscle()
+            self._ending = ending.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ending.close()
+
+    def _on_signal(self, *_: object) -> None:
+        self.asked = True
+        if self._prompting:
+            raise KeyboardInterrupt
+
+    def _resolved(self, topic: str) -> str:
+        name: str = self._node.resolve_topic_name(topic)
+        return name
+
+    def _publisher(self, topic: str) -> NumberPublisher:
+        return NumberPublisher(self._node.create_publisher(Float64, topic, COMMAND_QOS))
+
+    def _subscribe(self, topic: str, kind: type) -> Any:
+        return self._node.create_subscription(kind, topic, lambda _: None, _BEST_EFFORT)
+
+    def _wait_for_muscle(self) -> None:
+        self._say(f'waiting for a muscle under {self._namespace}')
+        begun = time.monotonic()
+        while not self._supervisor.heard or not self._command.publisher.get_subscription_count():
+            self._pause()
+            if time.monotonic() - begun > _HEARD_WITHIN:
+                listens = self._command.publisher.get_subscription_count()
+                lacking = 'publishes no measurement' if listens else 'takes commands'
+                raise BadInput(
+                    f'nothing under {self._namespace} {lacking} within {_HEARD_WITHIN:.0f} s; start a muscle, or give '
+                    'its --namespace'
+                )
+        self._refuse_another()
+        answered = time.monotonic()
+        while not self._answers and time.monotonic() - answered < _DIAGNOSED_WITHIN:
+            self._pause()
+
+    def _refuse_another(self) -> None:
+        other = self._another()
+        if other:
+            raise BadInput(f'{other} commands this muscle too; stop it first: a muscle has one commander')
+
+    def _another(self) -> str:
+        """Another commander of the muscle, '' where there is none."""
+        for kind, topic in self._topics.items():
+            if self._node.count_publishers(topic) > (kind == self._kind):
+                others = publishers_of(self._node, topic) - {self._node.get_fully_qualified_name()}
+                if others:
+                    return min(others)
+        return ''
+
+    # What is heard
+
+    def _take(self) -> None:
+        """Take what has come."""
+        now = time.monotonic()
+        for name, subscription in self._heard:
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(subscription.msg_type, False)) is not None:
+                    self._hear(name, taken[0], now)
+        with self._diagnostics.handle:
+            while (taken := self._diagnostics.handle.take_message(DiagnosticArray, False)) is not None:
+                for status in taken[0].status:
+                    self._diagnose(status)
+
+    def _hear(self, name: str, message: Any, now: float) -> None:
+        self._supervisor.hear(name, now)
+        if name == 'temperature':
+            temperature = message.temperature + ZERO_CELSIUS
+            self._supervisor.temperature(temperature)
+            if self._cold is not None:
+                self._cold.measure(temperature, now)
+
+    def _diagnose(self, status: DiagnosticStatus) -> None:
+        above, _, name = status.name.rpartition('/')
+        if above not in ('', self._namespace.rstrip('/')) and f'/{name}' != self._namespace:
+            return
+        if any(value.key == 'current_limit_a' for value in status.values) and NAME not in status.name:
+            self._answers[status.name] = status
+            if status.level == DiagnosticStatus.ERROR:
+                self._supervisor.end(f'{status.name}: {status.message}')
+
+    def answer(self) -> Answer:
+        """What the muscle's driver says of its limits. BadInput where it lets no current flow."""
+        for name, status in self._answers.items():
+            facts = {value.key: value.value for value in status.values}
+            if facts.get('state') in ('disabled', 'fault'):
+                raise BadInput(f'{name} is {status.message}; enable it, or clear its fault, first')
+            derate = facts.get('derate_temperature_c')
+            return Answer(
+                name,
+                float(facts['configured_current_limit_a']) if 'configured_current_limit_a' in facts else None,
+                float(derate) + ZERO_CELSIUS if derate else None,
+            )
+        return Answer()
+
+    def _pause(self, until: float | None = None) -> None:
+        """Take what comes until then (steady time; default: a turn), unless asked to stop."""
+        time.sleep(_TURN if until is None else max(0.0, min(_TURN, until - time.monotonic())))
+        self._take()
+        if self.asked:
+            raise KeyboardInterrupt
+
+    # What is done
+
+    def hang(self, load: float, ask: Callable[[str], str] | None) -> None:
+        """Change the load (N): the rig does it, or ``ask`` a person to. BadInput where nobody is there."""
+        self._zero()
+        if ask is not None:
+            self._prompting = True
+            try:
+                ask(f'hang {1e3 * load / 9.80665:.0f} g ({load:.3g} N), press Enter ')
+            except EOFError:
+                raise BadInput('nobody is there to change the load; --yes where the rig does it by itself') from None
+            finally:
+                self._prompting = False
+        self._load.send(load)
+
+    def wait_until_cold(self, ambient: float, time_constant: float) -> None:
+        """Without current until the muscle is cold; without a thermometer for five of its time constants (s)."""
+        self._cold = cold = Cold(ambient)
+        begun, said = time.monotonic(), False
+        while not cold.reached(now := time.monotonic()):
+            self._pause()
+            if 'temperature' not in self._supervisor.heard and now - begun > 5.0 * time_constant:
+                break
+            if now - begun > 3.0 and not said:
+                said = True
+                self._say('waiting for the muscle to be cold')
+            if now - begun > _COLD_WITHIN:
+                raise BadInput(f'the muscle is not cold after {_COLD_WITHIN:.0f} s without a current')
+        self._cold = None
+
+    def play(self, part: Part, bag: Path, known: Mapping[str, object]) -> Played:
+        """Play a part and record it. Ends with 0 A, whatever happens; the bag is complete up to then."""
+        when, drives, loads = (values.tolist() for values in instants(part))
+        lateness: list[float] = []
+        self._refuse_another()
+        with self._recording(bag, known) as recorded:
+            supervisor = self._supervisor
+            supervisor.begin()
+            begun, looked = time.monotonic() + _TURN, 0.0
+            load_now: float | None = None
+            try:
+                for due, drive, load in zip(when, drives, loads, strict=True):
+                    self._wait(begun + due)
+                    if load != load_now:
+                        self._load.send(load)
+                        load_now = load
+                    self._command.send(drive)
+                    late = time.monotonic() - begun - due
+                    lateness.append(late)
+                    self._late.send(late)
+                    self._take()
+                    if due - looked > _LOOK:
+                        looked = due
+                        if other := self._another():
+                            supervisor.end(f'{other} commands this muscle too')
+                    if recorded.failure is not None:
+                        raise recorded.failure
+                    if self._over():
+                        break
+                else:
+                    self._wait(begun + float(part.time[-1]))
+            finally:
+                self._zero()
+            self._tail()
+        return Played('interrupted' if self.asked else supervisor.problem, tuple(lateness))
+
+    def _over(self) -> bool:
+        return self.asked or bool(self._supervisor.look(time.monotonic()))
+
+    def _wait(self, due: float) -> None:
+        """Until it is due; what comes meanwhile is looked at."""
+        while (remaining := due - time.monotonic()) > 2.0 * _TURN and not self._over():
+            time.sleep(_TURN)
+            self._take()
+        if 0.0 < remaining <= 2.0 * _TURN:
+            time.sleep(remaining)
+
+    def _tail(self) -> None:
+        """What follows the last command is recorded too."""
+        end = time.monotonic() + _TAIL
+        while time.monotonic() < end:
+            time.sleep(_TURN)
+            self._take()
+
+    def _zero(self) -> None:
+        self._command.send(0.0)
+        self._command.publisher.wait_for_all_acked(Duration(seconds=0.5))
+
+    @contextmanager
+    def _recording(self, bag: Path, known: Mapping[str, object]) -> Iterator[_Recording]:
+        """Record to a new bag while in it, from when every measurement has reached it."""
+        recording = _Recording(bag, self._namespace, known)
+        before = sys.getswitchinterval()
+        try:
+            wanted = {self._resolved(CHANNELS[name].topic) for name in self._supervisor.heard}
+            begun = time.monotonic()
+            while not wanted <= recording.topics and time.monotonic() - begun < _HEARD_WITHIN:
+                self._pause()
+                if recording.failure is not None:
+                    raise recording.failure
+            sys.setswitchinterval(_SWITCH)
+            yield recording
+        finally:
+            sys.setswitchinterval(before)
+            recording.end()
+
+
+class _Recording:
+    """A recorder in a thread of its own."""
+
+    def __init__(self, bag: Path, namespace: str, known: Mapping[str, object]) -> None:
+        self.failure: BaseException | None = None
+        self._recorder = Recorder(bag, namespace, False, lambda _: None, known=known, more={LATENESS: Float64})
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name='recorder', daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            self._recorder.run(None, self._stop.is_set)
+        except BaseException as failure:
+            self.failure = failure
+
+    @property
+    def topics(self) -> frozenset[str]:
+        """Those of which something is in the bag."""
+        return self._recorder.topics
+
+    def end(self) -> None:
+        """Finish the bag. Raises what went wrong meanwhile."""
+        self._stop.set()
+        self._thread.join()
+        self._recorder.close()
+        if self.failure is not None:
+            raise self.failure
