@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp_muscle_ros.recording.plausibility import drive_of, held, unit_sentence
+from tcp_muscle_ros.recording.inputs import drive_of, hold
+from tcp_muscle_ros.recording.plausibility import unit_sentence
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -59,7 +60,7 @@ def _without_pauses(time: Array, value: Array, found: list[Issue], drive: Channe
     step = np.diff(time)
     least = 0.05 * float(np.max(np.abs(drive.value)))
     middle = 0.5 * (time[1:] + time[:-1])
-    pauses = (step > _GAP * float(np.median(step))) & (np.abs(held(drive, middle)) <= least)
+    pauses = (step > _GAP * float(np.median(step))) & (np.abs(hold(drive, middle)) <= least)
     if not pauses.any():
         return found
     # Judged as if the pauses had not been: the instants before and after belong together.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp_muscle_ros.recording.checks import Issue, is_noisy, runs
-from tcp_muscle_ros.recording.plausibility import drive_of, held
+from tcp_muscle_ros.recording.inputs import drive_of, hold
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
 
 RESUMED = 'resumed'  # in Recording.known: begins in the middle of something, at no known temperature
@@ -82,7 +82,7 @@ def _while_switching(drive: Channel | None, start: float, end: float) -> bool:
     """Does the input switch in a stretch, and stay for seconds?"""
     if drive is None or end - start < _LONG_STILL_S:
         return False
-    inside = held(drive, np.linspace(start, end, 200))
+    inside = hold(drive, np.linspace(start, end, 200))
     large = float(np.max(np.abs(drive.value)))
     on = np.abs(inside) > 0.4 * large
     return large > 0.0 and bool(0.2 < np.mean(on) < 1.0)

@@ -10,9 +10,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array, Channel, Recording
+from tcp_muscle_ros.recording.inputs import changes, distance, drive_of, hold, stated_ambient
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS, Unit, unit_of
-from tcp_muscle_ros.recording.yaml_input import as_number
 
 # SI values that a muscle's channel has on a bench, (low, high): beyond, it is in another unit, or another channel.
 PLAUSIBLE = {
@@ -143,31 +143,6 @@ def _refuse_overlap(recording: Recording, channel: Channel) -> None:
         )
 
 
-def drive_of(recording: Recording) -> Channel | None:
-    """The recorded input, the applied one before the commanded."""
-    for suffix in ('', '_command'):
-        for name in DRIVES:
-            channel = recording.channels.get(f'{name}{suffix}')
-            if channel is not None and len(channel):
-                return channel
-    return None
-
-
-def distance(time: Array, events: Array) -> Array:
-    """How far (s) each instant is from the nearest of the events, which are in order; inf without any."""
-    if not events.size:
-        return np.full(time.size, np.inf)
-    after = np.searchsorted(events, time)
-    before = np.abs(time - events[np.maximum(after - 1, 0)])
-    return np.minimum(before, np.abs(events[np.minimum(after, events.size - 1)] - time))
-
-
-def held(channel: Channel, time: Array) -> Array:
-    """The value of an input that holds at each instant (s)."""
-    at = np.searchsorted(channel.time, time + 1e-9, side='right') - 1
-    return channel.value[np.maximum(at, 0)]
-
-
 def _refuse_scale(recording: Recording, ambient: float | None) -> None:
     """A thermometer whose room is no room, but would be one in the other scale."""
     drive, thermometer = drive_of(recording), recording.channels.get('temperature')
@@ -179,7 +154,8 @@ def _refuse_scale(recording: Recording, ambient: float | None) -> None:
     if found is None:
         return
     rest = float(np.mean(found))
-    room = _stated_room(recording, ambient)
+    air = recording.channels.get('ambient')
+    room = float(np.median(air.value)) if air is not None and len(air) else stated_ambient(recording, ambient)
     if room is not None and abs(rest - room) < 15.0:
         return
     low, high = (room - 8.0, room + 8.0) if room is not None else _ROOM
@@ -199,7 +175,7 @@ def _refuse_scale(recording: Recording, ambient: float | None) -> None:
 
 def _rest(drive: Channel, thermometer: Channel) -> tuple[float, float] | None:
     """The temperature (K) before anything is heated, twice; None where nothing rests."""
-    off = np.abs(held(drive, thermometer.time)) <= 0.1 * float(np.max(np.abs(drive.value)))
+    off = np.abs(hold(drive, thermometer.time)) <= 0.1 * float(np.max(np.abs(drive.value)))
     still = thermometer.value[: int(np.argmin(off)) if not off.all() else off.size]
     if still.size < _AT_LEAST:
         return None
@@ -221,7 +197,7 @@ def resting_temperature(drive: Channel, thermometer: Channel) -> tuple[float, fl
         return None
     step = max((time[-1] - time[0]) / _COARSE, 1e-3)
     grid = np.arange(time[0], time[-1] + step, step)
-    heat = held(drive, grid) ** (1 if drive.name.startswith('power') else 2)
+    heat = hold(drive, grid) ** (1 if drive.name.startswith('power') else 2)
     if np.ptp(heat) < 0.3 * float(np.max(np.abs(heat), initial=0.0)) or not np.any(heat):
         return None
     found = []
@@ -238,16 +214,6 @@ def resting_temperature(drive: Channel, thermometer: Channel) -> tuple[float, fl
     if not near or best > _FITS * float(np.std(value)):
         return None
     return min(near), max(near)
-
-
-def _stated_room(recording: Recording, ambient: float | None) -> float | None:
-    channel = recording.channels.get('ambient')
-    if channel is not None and len(channel):
-        return float(np.median(channel.value))
-    try:
-        return UNITS['degC'].to_si(as_number(recording.known.get('ambient_c'), ''))
-    except BadInput:  # it does not say, or only in words
-        return ambient
 
 
 def _refuse_slope(recording: Recording) -> None:
@@ -283,8 +249,7 @@ def _refuse_leaps(recording: Recording, name: str) -> None:
     leap = (np.abs(step) > _AT_ONCE * span) & (np.diff(channel.time) < _QUICK)
     load = recording.channels.get('load')
     if load is not None and len(load) and name != 'temperature':
-        changed = load.time[1:][np.diff(load.value) != 0.0]
-        leap &= distance(channel.time[1:], changed) > 1.0
+        leap &= distance(channel.time[1:], changes(load)) > 1.0
     after = np.flatnonzero(leap)
     stays = [k for k in after if k + 3 < len(step) and np.abs(step[k + 1 : k + 4]).max() < 0.1 * span]
     if len(stays) >= 3:  # one may be a slip, or the seam of two runs
@@ -331,7 +296,7 @@ def _load_changes(recording: Recording) -> bool:
 def _falls_when_heated(recording: Recording, channel: Channel, drive: Channel) -> bool:
     if len(channel) < 50 or np.ptp(channel.value) == 0.0:
         return False
-    if channel.time[-1] - channel.time[0] < 10.0 or np.ptp(held(drive, channel.time)) == 0.0:
+    if channel.time[-1] - channel.time[0] < 10.0 or np.ptp(hold(drive, channel.time)) == 0.0:
         return False
     found = [_correlation(channel, warmth) for warmth in _warmths(recording, drive, channel)]
     return min(found) < -_SURE and max(found) < 0.5
@@ -349,7 +314,7 @@ def _warmths(recording: Recording, drive: Channel, channel: Channel) -> list[Arr
         found.append(np.interp(time, recording['temperature'].time, recording['temperature'].value))
     step = max(_GRID_S, float(time[-1] - time[0]) / _GRID_MOST)
     grid = np.arange(time[0], time[-1], step)
-    heat = held(drive, grid) ** (1 if drive.name.startswith('power') else 2)
+    heat = hold(drive, grid) ** (1 if drive.name.startswith('power') else 2)
     for lag in (3.0, 8.0, 20.0, 40.0):
         share = min(step / lag, 1.0)
         found.append(np.interp(time, grid, lfilter([share], [1.0, share - 1.0], heat)))

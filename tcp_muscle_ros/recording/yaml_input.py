@@ -107,6 +107,14 @@ def as_number(value: object, where: str) -> float:
     return number
 
 
+def number_or_none(value: object, offset: float = 0.0) -> float | None:
+    """A number that was written down, also as YAML's word ``5e-1``, else None."""
+    try:
+        return as_number(value, '') + offset
+    except BadInput:
+        return None
+
+
 def load_yaml(path: str | Path) -> Section:
     """A YAML file whose content is a mapping. BadInput: missing, unreadable, or no YAML (with line and column)."""
     path = Path(path)

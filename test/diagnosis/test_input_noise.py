@@ -8,7 +8,7 @@ from diagnosis import truth
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.observation import prepare as prepare_module
-from tcp_muscle_ros.diagnosis.observation.input_noise import held, noise_of, quiet, still_air
+from tcp_muscle_ros.diagnosis.observation.input_noise import noise_of, quiet, still_air, which_is_held
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.recording import Channel
@@ -105,7 +105,7 @@ def test_the_source_holds_what_is_constant_between_steps(constant):
     power = {0: level**2 * resistance, 1: level, 2: level**2 / resistance}[constant]
     current = np.sqrt(power / resistance)
     readings = [read(v, 2e-4 * np.ptp(v)) for v in (current, power, current * resistance)]
-    assert held(readings) == constant
+    assert which_is_held(readings) == constant
 
 
 @pytest.fixture(scope='module')

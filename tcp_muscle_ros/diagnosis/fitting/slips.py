@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment, Slip
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.muscle import Parameters, length
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.recording.plausibility import distance
+from tcp_muscle_ros.recording.inputs import distance
 
 EFFECT = 'torsional_leakage'
 STICKS = 'friction'

@@ -8,10 +8,9 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE, Observed
 from tcp_muscle_ros.muscle.arrays import Array, Mask
-from tcp_muscle_ros.recording.plausibility import distance
+from tcp_muscle_ros.recording.inputs import SAME_INSTANT, changes, distance
 from tcp_muscle_ros.recording.recording import Channel
 
-_SAME_INSTANT = 1e-6  # s: stamps closer than this are one
 _INTERPOLATED = 0.15  # s: a muscle's temperature bends by less than a hundredth of a kelvin in twice that
 _UNSURE = 1.6  # sampling periods either side of a step of the load
 _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, not noise or a ramp
@@ -21,22 +20,6 @@ _QUICK = 0.01  # s: a swing at 5 Hz is smaller by half a percent when averaged o
 # Of the samples; and sampling periods: of what lies farther apart samples were lost; or it was not sampled at a rhythm.
 _FEW, _RHYTHM, _LOST = 0.1, 1.5, 10.5
 STEPS_APART = 2.0  # s, on average: steps of a load that are closer are none
-
-
-def hold(channel: Channel | float, grid: Array) -> Array:
-    """The value that holds at each instant: the latest at or before it (the first before the first)."""
-    if not isinstance(channel, Channel):
-        return np.full(grid.size, channel)
-    at = np.searchsorted(channel.time, grid + _SAME_INSTANT, side='right')
-    at -= 1
-    return channel.value[np.maximum(at, 0, out=at)]
-
-
-def changes(channel: Channel | float) -> Array:
-    """The stamps at which an input takes a new value."""
-    if not isinstance(channel, Channel):
-        return np.empty(0)
-    return np.asarray(channel.time[1:][np.diff(channel.value) != 0.0])
 
 
 def instants_of(stamps: list[Array], drive: Channel, load: Channel | float, start: float, end: float) -> Array:
@@ -51,9 +34,9 @@ def instants_of(stamps: list[Array], drive: Channel, load: Channel | float, star
         instants = np.union1d(instants, other[distance(other, instants) > _INTERPOLATED])
     # The length jumps with the load: the instant just before keeps interpolation from reaching across.
     jumps = changes(load)
-    instants = np.concatenate([np.array([start, end]), instants, changes(drive), jumps, jumps - 2.0 * _SAME_INSTANT])
+    instants = np.concatenate([np.array([start, end]), instants, changes(drive), jumps, jumps - 2.0 * SAME_INSTANT])
     instants = np.unique(instants[(instants >= start) & (instants <= end)])
-    keep = np.concatenate([[True], np.diff(instants) > 0.9 * _SAME_INSTANT])
+    keep = np.concatenate([[True], np.diff(instants) > 0.9 * SAME_INSTANT])
     return np.ascontiguousarray(instants[keep])
 
 
@@ -127,7 +110,7 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
     taken before or after it no recording says (a message may reach the recorder before it reaches the rig): they are
     left out. What follows within seconds, in which a hanging weight swings, is averaged over hundredths of one only.
     """
-    kept = channel.time >= start - _SAME_INSTANT
+    kept = channel.time >= start - SAME_INSTANT
     steps = _steps(load, channel)
     if steps.size and channel.time.size > 1:
         near = _UNSURE * float(np.median(np.diff(channel.time)))

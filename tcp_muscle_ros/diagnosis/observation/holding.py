@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.observation.blocks import STEPS_APART, changes, hold
+from tcp_muscle_ros.diagnosis.observation.blocks import STEPS_APART
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding
 from tcp_muscle_ros.diagnosis.observation.scatter import white_sigma
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.inputs import changes, hold
 from tcp_muscle_ros.recording.recording import Channel, Recording
-from tcp_muscle_ros.recording.yaml_input import as_number
+from tcp_muscle_ros.recording.yaml_input import number_or_none
 
 _BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
 _SAME, _SCATTERS = 0.05, 12.0  # of the largest force, and of its noise: within so much it does not change
@@ -29,14 +30,6 @@ class Conditions:
     spring_rest_length: float = 0.0
 
 
-def number(value: object, offset: float = 0.0) -> float | None:
-    """A number that was written down, also as YAML's word ``5e-1``, else None."""
-    try:
-        return as_number(value, '') + offset
-    except BadInput:
-        return None
-
-
 def holding_of(
     recording: Recording, observed: Mapping[str, Channel], conditions: Conditions, notes: list[str]
 ) -> tuple[Holding, Channel | float, str | None]:
@@ -46,7 +39,7 @@ def holding_of(
     end = str(stated) if stated else _guess_end(observed, recording.channels.get('load'))
     load: Channel | float
     used = None
-    constant = number(known.get('load_n'))
+    constant = number_or_none(known.get('load_n'))
     if constant is None:
         constant = conditions.load
     if 'load' in recording and len(recording['load']):
@@ -70,7 +63,7 @@ def holding_of(
     if end == 'blocked' and 'displacement' in observed:
         used = 'displacement'
     first = _first(load) if isinstance(load, Channel) else load
-    rate = number(known.get('spring_rate_n_per_m')) or conditions.spring_rate
+    rate = number_or_none(known.get('spring_rate_n_per_m')) or conditions.spring_rate
     if end == 'spring' and not rate:
         rate = _spring_rate(observed, recording.path)
         notes.append(f'spring rate {rate:.3g} N/m taken from force against displacement')
@@ -79,9 +72,9 @@ def holding_of(
         Holding(
             end,
             start,
-            number(known.get('held_length_m')) or conditions.held_length,
+            number_or_none(known.get('held_length_m')) or conditions.held_length,
             rate,
-            number(known.get('spring_rest_length_m')) or conditions.spring_rest_length,
+            number_or_none(known.get('spring_rest_length_m')) or conditions.spring_rest_length,
         ),
         load,
         used,

@@ -82,7 +82,7 @@ def still_air(channel: Channel) -> tuple[Channel, float]:
     return replace(channel, value=np.asarray(spline(channel.time))), _UNSURE * sigma
 
 
-def held(candidates: Sequence[Channel]) -> int:
+def which_is_held(candidates: Sequence[Channel]) -> int:
     """Which of several readings of one input the source holds: the first, unless another is constant between its steps
     where that is not."""
     quieted = [quiet(channel)[0].value for channel in candidates]

@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.observation.blocks import averaged, changes, coarsened, hold, instants_of, switches
+from tcp_muscle_ros.diagnosis.observation.blocks import averaged, coarsened, instants_of, switches
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.observation.holding import Conditions, holding_of, number
+from tcp_muscle_ros.diagnosis.observation.holding import Conditions, holding_of
 from tcp_muscle_ros.diagnosis.observation.imposed import FOLLOWS_SETPOINT, Imposed
-from tcp_muscle_ros.diagnosis.observation.input_noise import held, quiet, still_air
+from tcp_muscle_ros.diagnosis.observation.input_noise import quiet, still_air, which_is_held
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.muscle import KINDS, Parameters
+from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.recording.inputs import changes, drive_of, hold, stated_ambient
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recording, shared
 
 _LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
@@ -35,13 +36,8 @@ def prepare(
     """
     conditions = conditions or Conditions()
     notes: list[str] = list(recording.notes)
-    kind, drive = _held(recording, *_drive(recording))
-    observed = {name: recording[name] for name in OUTPUTS if name in recording and len(recording[name]) > 1}
-    if 'resistance' not in observed and {'voltage', 'current'} <= set(recording.channels):
-        derived = _resistance(recording)
-        if derived is not None:
-            observed['resistance'] = derived
-            notes.append('resistance was derived as voltage over current')
+    kind, drive = _source(recording, _drive(recording))
+    observed = _outputs(recording, notes)
     holding, load, used = holding_of(recording, observed, conditions, notes)
     if used is not None:
         observed.pop(used, None)
@@ -60,12 +56,6 @@ def prepare(
             )
     if kind == 'power':  # what a wattmeter reads below zero is its noise
         drive = replace(drive, value=np.maximum(drive.value, 0.0))
-    ambient, unsure = recording.channels.get('ambient'), 0.0
-    if ambient is not None:
-        ambient, unsure = still_air(ambient)
-    still = number(recording.known.get('ambient_c'), 273.15)
-    if still is None:
-        still = conditions.ambient if conditions.ambient is not None else nominal['T0']
     between, lost = switches(drive)
     drive = coarsened(drive, most, 1.0 if kind == 'power' else 2.0)
     load = coarsened(load, most, 1.0)
@@ -77,49 +67,61 @@ def prepare(
         blocks[name] = replace(made, time=shared(made.time, (other.time for other in blocks.values())))
     grid = instants_of([channel.time for channel in blocks.values()], drive, load, start, end)
     between, lost = (found[(found[:, 0] >= start) & (found[:, 1] <= end)] for found in (between, lost))
-    imposed = Imposed(
-        kind,
-        grid,
-        hold(drive, grid),
-        np.maximum(hold(load, grid), 0.0) if isinstance(load, Channel) else np.full(grid.size, load),
-        hold(ambient, grid) if ambient is not None and len(ambient) else np.full(grid.size, still),
-        between,
-        lost,
-        unsure,
-    )
+    room = stated_ambient(recording, conditions.ambient)
+    air, unsure = _air(recording, nominal['T0'] if room is None else room)
+    pull = np.maximum(hold(load, grid), 0.0) if isinstance(load, Channel) else hold(load, grid)
+    imposed = Imposed(kind, grid, hold(drive, grid), pull, hold(air, grid), between, lost, unsure)
     return Experiment(recording.path, imposed, holding, blocks, known, tuple(notes))
 
 
-def _drive(recording: Recording) -> tuple[str, Channel]:
+def _drive(recording: Recording) -> Channel:
     """The input that was applied; the commanded one where the applied was not recorded."""
-    for suffix in ('', '_command'):
-        for kind in KINDS:
-            name = f'{kind}{suffix}'
-            if name in recording and len(recording[name]) > 0:
-                return kind, recording[name]
-    raise BadInput(
-        f'{recording.path}: no input recorded: expected a channel current, power or voltage '
-        '(name one with --channel current=TOPIC)'
-    )
+    drive = drive_of(recording)
+    if drive is None:
+        raise BadInput(
+            f'{recording.path}: no input recorded: expected a channel current, power or voltage '
+            '(name one with --channel current=TOPIC)'
+        )
+    return drive
 
 
-def _held(recording: Recording, kind: str, current: Channel) -> tuple[str, Channel]:
-    """The input that the source holds: where it holds a power or a voltage, the current changes with the resistance
-    between two samples too."""
+def _source(recording: Recording, drive: Channel) -> tuple[str, Channel]:
+    """What the source holds, and of which kind it is: where it holds a power or a voltage, the current changes with the
+    resistance between two samples too."""
     voltage = recording.channels.get('voltage')
-    if kind != 'current' or current.name != 'current' or voltage is None or len(voltage) < 2:
-        return kind, current
-    if changes(current).size <= _SELDOM * len(current):
-        return kind, current
-    power = Channel('power', current.time, current.value * _beside(voltage, current.time), current.topic)
-    found = (current, power, voltage)
-    chosen = found[held(found)]
+    if drive.name != 'current' or voltage is None or len(voltage) < 2:
+        return drive.name.removesuffix('_command'), drive
+    if changes(drive).size <= _SELDOM * len(drive):
+        return drive.name, drive
+    power = Channel('power', drive.time, drive.value * _nearest_reading(voltage, drive.time), drive.topic)
+    found = (drive, power, voltage)
+    chosen = found[which_is_held(found)]
     return chosen.name, chosen
+
+
+def _outputs(recording: Recording, notes: list[str]) -> dict[str, Channel]:
+    """The outputs that were recorded, a resistance also as voltage over current; notes say so."""
+    observed = {name: recording[name] for name in OUTPUTS if name in recording and len(recording[name]) > 1}
+    if 'resistance' not in observed and {'voltage', 'current'} <= set(recording.channels):
+        derived = _resistance(recording)
+        if derived is not None:
+            observed['resistance'] = derived
+            notes.append('resistance was derived as voltage over current')
+    return observed
+
+
+def _air(recording: Recording, otherwise: float) -> tuple[Channel | float, float]:
+    """The room as its thermometer read it without its noise, else as stated (K); and what is unsure of it, K."""
+    read = recording.channels.get('ambient')
+    if read is None:
+        return otherwise, 0.0
+    air, unsure = still_air(read)
+    return air if len(air) else otherwise, unsure
 
 
 def _resistance(recording: Recording) -> Channel | None:
     current, voltage = recording['current'], recording['voltage']
-    i = _beside(current, voltage.time)
+    i = _nearest_reading(current, voltage.time)
     flows = np.abs(i) > _LEAST_SENSE_CURRENT
     if flows.sum() < 2:
         return None
@@ -128,6 +130,6 @@ def _resistance(recording: Recording) -> Channel | None:
     )
 
 
-def _beside(channel: Channel, time: Array) -> Array:
+def _nearest_reading(channel: Channel, time: Array) -> Array:
     """The reading nearest to each instant: those of one tick arrive in any order."""
     return channel.value[np.searchsorted(0.5 * (channel.time[1:] + channel.time[:-1]), time)]
