@@ -59,7 +59,7 @@ class Outcome:
         if stages:
             verdict = 'missing_physics' if stages != {'sensor'} else 'sensor_or_setup'
         return {
-            'schema': 'tcp_muscle_ros/diagnosis-1',
+            'schema': 'tcp_muscle_ros/diagnosis-2',
             'verdict': verdict,
             'findings': sorted(findings, key=lambda f: f['stage'] == 'sensor'),
             'unexplained': {'stage': None} if self.unexplained else None,

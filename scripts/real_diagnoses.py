@@ -16,7 +16,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, 
 from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.report.words import chance, error_text, number, percent, plain, range_text
+from tcp_muscle_ros.report.words import chance, error_text, percent, plain, probability_text, range_text, told_apart
 
 MOST = 500  # samples a run, averaged in blocks beyond: the time constants are seconds
 FITTED = 3  # runs
@@ -112,12 +112,10 @@ def paragraphs(outcome: Outcome) -> list[str]:
         phases = ' and '.join(where.phases) or 'all phases'
         lines.append(
             f'* **Located**: {where.stage} stage, {where.channel}, {phases}; {drivers}; typically '
-            f'{error_text(where.channel, abs(where.size))}.'
+            f'{error_text(where.channel, where.size)}.'
         )
     for f in d.findings:
-        others = ', '.join(map(plain, f.indistinguishable_from))
-        told = f'not to be told from {others}' if others else 'singled out among the listed'
-        lines.append(f'* **Named**: {plain(f.effect)} ({f.stage}), confidence {number(f.confidence, 2)}, {told}.')
+        lines += [f'* **Named**: {plain(f.effect)} ({f.stage}), {probability_text(f)}; {told_apart(f)}.']
     if not d.findings:
         lines.append('* **Named**: nothing.')
     if outcome.unseen:
@@ -126,10 +124,11 @@ def paragraphs(outcome: Outcome) -> list[str]:
             f'{100 * outcome.after:.1f} % with what was found.'
         )
     for name, fit in d.fit.items():
-        lines.append(
-            f'* **Within the diagnosis** (held out): {name} {error_text(name, fit.calibrated)} recalibrated, '
-            f'{error_text(name, fit.improved)} improved, noise {error_text(name, fit.noise)}.'
-        )
+        if fit.held_out is not None:
+            lines.append(
+                f'* **Within the diagnosis** (held out): {name} {error_text(name, fit.held_out.before)} recalibrated, '
+                f'{error_text(name, fit.held_out.after)} improved, noise {error_text(name, fit.noise)}.'
+            )
     if d.unexplained is not None:
         u = d.unexplained
         lines.append(f'* **Unexplained**: {percent(u.share)} of the misfit, {u.stage} stage, with {range_text(u)}.')
@@ -154,7 +153,7 @@ def forced_air(free: Sequence[Experiment], forced: Sequence[Experiment], nominal
     found = diagnose(forced, still.parameters)
     windy = calibrate(forced, still.parameters)
     ratio = found.improved['hA'] / still.parameters['hA']
-    named = ', '.join(f'{plain(f.effect)} ({f.stage}, confidence {number(f.confidence, 2)})' for f in found.findings)
+    named = ', '.join(f'{plain(f.effect)} ({f.stage}, {probability_text(f)})' for f in found.findings)
     right = ratio > 1.2 or any(f.effect == 'airflow' for f in found.findings)
     fits = '; '.join(
         f'{name} {error_text(name, f.nominal)} as in free air, {error_text(name, f.calibrated)} recalibrated, '

@@ -67,7 +67,7 @@ def _do(
     """Fill in the outcome of each run, those first that are done already."""
     from tcp_muscle_ros.commands.engines import cluster, local
 
-    options = argparse.Namespace(seed=args.seed, namespace=args.namespace, channel=args.channel, unit=args.unit)
+    options = argparse.Namespace(namespace=args.namespace, channel=args.channel, unit=args.unit)
     tasks = []
     for run in runs:
         bags, params = tuple(map(os.path.abspath, run.bags)), _absolute(run.params)

@@ -24,7 +24,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for the report')
     add_force_argument(parser)
-    parser.add_argument('--seed', type=int, default=0, metavar='N', help='the same seed gives the same report (0)')
     add_bag_arguments(parser)
     many = parser.add_argument_group('many runs')
     many.add_argument('--manifest', metavar='RUNS.yaml', help='diagnose each run of this list to DIR/NAME, not BAG...')

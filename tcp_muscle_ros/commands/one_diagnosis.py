@@ -23,14 +23,14 @@ def diagnose_bags(
 ) -> Diagnosis:
     """Diagnose bags of one muscle and write the report; partial where it was interrupted.
 
-    ``options``: the seed and how bags are read (``add_bag_arguments``). ``force``: an older report is replaced.
+    ``options``: how bags are read (``add_bag_arguments``). ``force``: an older report is replaced.
     Raises BadInput.
     """
     from dataclasses import replace
 
     from tcp_muscle_ros.commands.bag_arguments import read_bags
     from tcp_muscle_ros.diagnosis.answer.improved import with_replay
-    from tcp_muscle_ros.diagnosis.answer.issues import with_faults, with_issues
+    from tcp_muscle_ros.diagnosis.answer.issues import faults_of, with_faults, with_issues
     from tcp_muscle_ros.diagnosis.diagnose import Interrupted, diagnose
     from tcp_muscle_ros.diagnosis.observation.observe import prepared
     from tcp_muscle_ros.report.write import write_report
@@ -41,12 +41,13 @@ def diagnose_bags(
     mended, experiments = prepared(recordings, nominal)
     beat = progress.beat if progress else None
     try:
-        diagnosis = diagnose(experiments, nominal.parameters, seed=options.seed, progress=beat)
+        diagnosis = diagnose(experiments, nominal.parameters, progress=beat)
     except Interrupted as stop:
         diagnosis = replace(stop.partial, partial=True)
-    diagnosis = with_faults(with_issues(diagnosis, recordings, mended, experiments), mended)
+    diagnosis = with_issues(diagnosis, recordings, mended, experiments)
+    faults = faults_of(mended)
     del mended
-    diagnosis = with_replay(diagnosis, recordings, nominal.operating)
+    diagnosis = with_faults(with_replay(diagnosis, recordings, nominal.operating), faults)
     if progress:
         progress.stage('writing the report')
     write_report(output, diagnosis, experiments, nominal.operating, force=force)

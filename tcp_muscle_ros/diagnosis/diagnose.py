@@ -37,7 +37,6 @@ def diagnose(
     experiments: Sequence[Experiment],
     nominal: Parameters,
     *,
-    seed: int = 0,
     progress: Callable[[], None] | None = None,
 ) -> Diagnosis:
     """Diagnose recordings of one muscle against a nominal muscle.
@@ -45,7 +44,6 @@ def diagnose(
     Args:
         experiments: prepared recordings.
         nominal: the muscle as the user believes it to be.
-        seed: kept in the report; the engine draws nothing at random, so every seed gives the same report.
         progress: called now and then.
 
     Raises:
@@ -125,6 +123,7 @@ class _Work:
             next_experiment=None,
             nominal=self.nominal,
             improved=fitted.muscle if fitted else self.nominal,
+            calibrated=fitted.muscle if fitted else None,
             partial=partial,
             seconds=self.seconds,
         )

@@ -48,16 +48,16 @@ class Row:
 
 
 def terminal_table(rows: Sequence[Row]) -> str:
-    """Run, verdict, first finding, confidence, error before and after; then what failed, one line each."""
+    """Run, verdict, first finding, probability, error before and after; then what failed, one line each."""
     body = []
     for row in rows:
         if row.report is None:
             body.append([row.name, 'failed' if row.reason != NOT_DONE else 'not done', '-', '-', '-'])
             continue
         first = row.report['findings'][0] if row.report['findings'] else None
-        found = [plain(first['effect']), _confidence(first['confidence'])] if first else ['-', '-']
+        found = [plain(first['effect']), _probability(first['probability'])] if first else ['-', '-']
         body.append([row.name, row.report['verdict'], *found, _errors(row)])
-    lines = [table(['run', 'verdict', 'first finding', 'confidence', 'held-out error'], body)]
+    lines = [table(['run', 'verdict', 'first finding', 'probability', 'held-out error'], body)]
     failed = [row for row in rows if row.report is None and row.reason != NOT_DONE]
     if failed:
         lines += ['', f'{len(failed)} of {len(rows)} runs failed:']
@@ -65,7 +65,7 @@ def terminal_table(rows: Sequence[Row]) -> str:
     return '\n'.join(lines)
 
 
-def _confidence(value: float | None) -> str:
+def _probability(value: float | None) -> str:
     return '-' if value is None else f'{value:.2f}'
 
 
@@ -78,8 +78,8 @@ def _errors(row: Row) -> str:
 
 def _before_after(fit: Mapping[str, Any]) -> tuple[float, float]:
     """Of the recalibrated muscle without and with what was found, on data left out of the fit."""
-    nothing = float('nan')
-    before, after = fit['rmse_calibrated'], fit['rmse_improved']
+    nothing, unseen = float('nan'), fit['held_out'] or {}
+    before, after = unseen.get('rmse_without'), unseen.get('rmse_with')
     return nothing if before is None else before, nothing if after is None else after
 
 
@@ -88,7 +88,7 @@ def write_csv(path: Path, rows: Sequence[Row]) -> None:
     names = list(dict.fromkeys(name for row in rows for name in row.parameters))
     text = StringIO()
     writer = csv.writer(text, lineterminator='\n')
-    heads = ['run', 'muscle', 'cycles', 'day', 'verdict', 'first_finding', 'confidence']
+    heads = ['run', 'muscle', 'cycles', 'day', 'verdict', 'first_finding', 'probability']
     heads += ['channel', 'held_out_rmse_before', 'held_out_rmse_after']
     writer.writerow([*heads, *(f'{name}{end}' for name in names for end in ('', '_low', '_high')), 'failed'])
     for row in rows:
@@ -97,9 +97,9 @@ def write_csv(path: Path, rows: Sequence[Row]) -> None:
             line += [None] * 6
         else:
             first = row.report['findings'][0] if row.report['findings'] else {}
-            fit = row.report['fit'].get(row.channel, {})
-            line += [row.report['verdict'], first.get('effect'), first.get('confidence')]
-            line += [row.channel, fit.get('rmse_calibrated'), fit.get('rmse_improved')]
+            fit = row.report['fit'].get(row.channel, {}).get('held_out') or {}
+            line += [row.report['verdict'], first.get('effect'), first.get('probability')]
+            line += [row.channel, fit.get('rmse_without'), fit.get('rmse_with')]
         for name in names:
             value = row.parameters.get(name, {})
             line += [value.get('value'), value.get('low'), value.get('high')]

@@ -1,8 +1,8 @@
 """The figures of a diagnosis: what was recorded and what the models make of it, where they differ, what decides.
 
-Each ``draw_*`` writes one PNG and says whether there was something to draw. The two models are the recalibrated one
-without and with the findings; where nothing was found, the nominal and the recalibrated one. Series are thinned to what
-a picture can show.
+Each ``draw_*`` writes one PNG and says what it shows, or None where there is nothing to draw. The two models are the
+recalibrated one without and with the findings; where nothing was found, the nominal and the recalibrated one. Series
+are thinned to what a picture can show.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ from tcp_muscle_ros.report.style import (
     stacked,
 )
 from tcp_muscle_ros.report.tables import SHOWN
-from tcp_muscle_ros.report.words import chance, number, plain
+from tcp_muscle_ros.report.words import chance, percent, plain
 
 _MOST_POINTS = 3000  # a picture is some thousand pixels wide
 _MOST_BARS = 12
@@ -72,23 +72,30 @@ def compared(diagnosis: Diagnosis) -> tuple[Model, Model]:
     return first, second
 
 
+class Said(NamedTuple):
+    """What is said of a figure: a caption below it, and a text for whoever cannot see it."""
+
+    caption: str
+    alternative: str
+
+
 class Figure(NamedTuple):
-    """One figure: its file in ``figures/``, what it shows in a sentence, and what draws it."""
+    """One figure that was drawn: its file in ``figures/``, and what is said of it."""
 
     file: str
-    caption: str
-    draw: Callable[[Path, Diagnosis], bool]
+    said: Said
 
 
 def draw_all(folder: str | Path, diagnosis: Diagnosis) -> list[Figure]:
     """Write every figure for which there is something to show; those that were written, in order."""
-    return [figure for figure in FIGURES if figure.draw(Path(folder) / figure.file, diagnosis)]
+    drawn = [(file, draw(Path(folder) / file, diagnosis)) for file, draw in FIGURES.items()]
+    return [Figure(file, said) for file, said in drawn if said is not None]
 
 
-def draw_channels(path: Path, diagnosis: Diagnosis) -> bool:
+def draw_channels(path: Path, diagnosis: Diagnosis) -> Said | None:
     """Recorded, before and after of each channel, residuals below, for the recording that shows most."""
     if not diagnosis.series:
-        return False
+        return None
     k, models = telling_recording(diagnosis), compared(diagnosis)
     where = telling_channel(diagnosis)
     series = sorted(diagnosis.series[k], key=lambda s: s.channel != where)  # the one that shows most comes first
@@ -112,27 +119,37 @@ def draw_channels(path: Path, diagnosis: Diagnosis) -> bool:
             left = factor * (s.recorded - model.of(s))
             below.plot(*_line(s, left, start, end), **model.look)
         below.set_ylabel(f'residual ({unit})', fontsize=8)
-    for owner, a, b in diagnosis.location.intervals if diagnosis.location else ():
-        if owner == k:
-            for axis in rows[0]:
-                if a < end and b > start:
-                    axis.axvspan(max(a, start), min(b, end), color=BEFORE, alpha=0.08, linewidth=0)
+    marked = [(a, b) for a, b in shaded(diagnosis, k) if series[0].channel == where and a < end and b > start]
+    for a, b in marked:
+        for axis in rows[0]:
+            axis.axvspan(max(a, start), min(b, end), color=BEFORE, alpha=0.08, linewidth=0)
     rows[0][0].legend(loc='lower right', bbox_to_anchor=(1.0, 1.0), fontsize=8, ncols=3, frameon=False)
     drive.set_xlim(start, end)
     rows[-1][1].set_xlabel('time (s)')
     save(figure, path)
-    return True
+    one, two = (model.label for model in models)
+    what = f'Recorded (black), {one} (orange), {two} (blue). Below each channel: recorded minus model'
+    what += ', twice the noise in grey.' if diagnosis.noise else '.'
+    what += f' Shaded: where the {where} is missed most.' if marked else ''
+    channels = ', '.join(s.channel for s in series)
+    return Said(what, f'{_name(diagnosis, k)}, {start:.0f} s to {end:.0f} s: {channels}, recorded and from two models')
 
 
-def draw_driver(path: Path, diagnosis: Diagnosis) -> bool:
+def shaded(diagnosis: Diagnosis, k: int) -> list[tuple[float, float]]:
+    """From when to when (s) recording k is among what is missed most."""
+    found = diagnosis.location.intervals if diagnosis.location else ()
+    return sorted((a, b) for owner, a, b in found if owner == k)
+
+
+def draw_driver(path: Path, diagnosis: Diagnosis) -> Said | None:
     """The residual against what it goes with, heating and cooling apart, before and after."""
     if not diagnosis.series:
-        return False
+        return None
     channel = telling_channel(diagnosis)
     variable = _variable(diagnosis)
     mine = [s for series in diagnosis.series for s in series if s.channel == channel]
     if not mine:
-        return False
+        return None
     x = np.concatenate([_driver(s, variable, series) for s, series in _owners(diagnosis, channel)])
     heating = np.concatenate([s.heating > 0.5 for s in mine])
     unit, factor = SHOWN[channel]
@@ -148,60 +165,66 @@ def draw_driver(path: Path, diagnosis: Diagnosis) -> bool:
             few = thin(int(phase.sum()))
             axis.plot(x[phase][few], left[phase][few], '.', color=colour, markersize=2, alpha=0.35)
             axis.plot(*_means(x[phase], left[phase]), color=colour, linewidth=2.0, label=name)
-        rms = float(np.sqrt(np.mean(left**2)))
-        axis.set_title(f'{model.label}: RMSE {rms:.3g} {unit}', fontsize=10)
+        axis.set_title(model.label, fontsize=10)
         axis.set_xlabel(_DRIVERS[variable])
         axis.xaxis.set_major_locator(MaxNLocator(nbins=7, prune='both'))
     axes[0].set_ylabel(f'{channel}, recorded - model ({unit})')
     axes[0].legend(fontsize=8, frameon=False)
     save(figure, path)
-    return True
+    goes = _DRIVERS[variable].split(' (')[0]
+    what = f'Recorded minus model against {goes}, all recordings, drive on and off apart; lines are means.'
+    one, two = (model.label for model in compared(diagnosis))
+    return Said(what, f'Two scatter plots of what each model leaves of the {channel} against {goes}: {one}, and {two}')
 
 
-def draw_loop(path: Path, diagnosis: Diagnosis) -> bool:
-    """Stroke (or force) over temperature, recorded and both models, over the last cycle of a recording."""
+def draw_loop(path: Path, diagnosis: Diagnosis) -> Said | None:
+    """What is left of stroke (or force) over temperature in the last cycle of a recording: a loop shows a memory."""
     if not diagnosis.series:
-        return False
+        return None
     series = {s.channel: s for s in diagnosis.series[telling_recording(diagnosis)]}
     moved = series.get('displacement') or series.get('force')
     if moved is None:
-        return False
+        return None
     last = _last_cycle(moved)
-    measured = series.get('temperature')
-    figure, (axis,) = canvas(1, width=6.5, height=4.6)
     few = last[thin(last.size)]
-    for model in (Model('recorded', 'recorded', _BROAD), *compared(diagnosis)):
-        if measured is not None:
-            warm = np.interp(moved.time, measured.time, model.of(measured))
-        else:
-            warm = moved.temperature
-        axis.plot(
-            shown('temperature', warm[few]),
-            shown(moved.channel, model.of(moved)[few]),
-            label=model.label,
-            **model.look,
-        )
-    axis.set_xlabel(CHANNEL_AXIS['temperature'] + ('' if measured is not None else ', inferred'))
-    axis.set_ylabel(CHANNEL_AXIS[moved.channel])
-    axis.set_title(f'{moved.time[last[0]]:.0f} s to {moved.time[last[-1]]:.0f} s', fontsize=10)
-    axis.legend(fontsize=8, frameon=False)
+    unit, factor = SHOWN[moved.channel]
+    figure, axes = canvas(1, 2, height=3.6, sharey=True)
+    for axis, model in zip(axes, compared(diagnosis), strict=True):
+        left = factor * (moved.recorded - model.of(moved))[few]
+        warm = shown('temperature', moved.temperature[few])
+        band = 2.0 * factor * diagnosis.noise.get(moved.channel, float('nan'))
+        if np.isfinite(band):
+            axis.axhspan(-band, band, color=RECORDED, alpha=0.12, linewidth=0)
+        axis.plot(warm, left, color=OTHER, linewidth=0.6, alpha=0.6)
+        for phase, colour, name in ((moved.heating > 0.5, HEATING, 'drive on'), (moved.heating <= 0.5, COOLING, 'off')):
+            axis.plot(warm[phase[few]], left[phase[few]], '.', color=colour, markersize=3, label=name)
+        axis.set_title(model.label, fontsize=10)
+        axis.set_xlabel('fibre temperature (degC)')
+    axes[0].set_ylabel(f'{moved.channel}, recorded - model ({unit})')
+    axes[0].legend(fontsize=8, frameon=False)
     save(figure, path)
-    return True
+    span = f'{moved.time[last[0]]:.0f} s to {moved.time[last[-1]]:.0f} s'
+    where = f'the last cycle of {_name(diagnosis, telling_recording(diagnosis))}'
+    return Said(
+        f'Recorded minus model over one cycle ({span}): a loop is a memory or a lag, a single curve is a wrong law.',
+        f'What each of two models leaves of the {moved.channel} against fibre temperature, over {where}',
+    )
 
 
-def draw_ranking(path: Path, diagnosis: Diagnosis) -> bool:
-    """The candidates by what each gains; which were refitted, which were found, which cannot be told apart."""
+def draw_ranking(path: Path, diagnosis: Diagnosis) -> Said | None:
+    """The candidates by what each explains alone; which were refitted, which were found, which explain as much."""
     ranking = sorted(diagnosis.ranking, key=lambda r: r.gain, reverse=True)[:_MOST_BARS]
-    if not ranking:
-        return False
+    if not ranking or ranking[0].gain <= 0.0:
+        return None
     found = {finding.effect: finding for finding in diagnosis.findings}
     rivals = {other for finding in diagnosis.findings for other in finding.indistinguishable_from}
     figure, (axis,) = canvas(1, width=8.0, height=0.9 + 0.3 * len(ranking))
     for place, r in enumerate(ranking):
         rival = r.effect in rivals and r.effect not in found
+        share = max(r.gain, 0.0) / ranking[0].gain
         axis.barh(
             place,
-            max(r.gain, 0.0),
+            100.0 * share,
             height=0.7,
             color=AFTER if rival or r.effect in found else OTHER,
             alpha=1.0 if r.refitted else 0.4,
@@ -209,18 +232,12 @@ def draw_ranking(path: Path, diagnosis: Diagnosis) -> bool:
             edgecolor='white',
             linewidth=0.0,
         )
-        remark = ''
+        remark = 'explains it as well' if rival else '' if r.refitted else 'estimated'
         if r.effect in found:
-            remark = f'found, confidence {found[r.effect].confidence:.2f}'
-            if found[r.effect].indistinguishable_from:
-                remark += ', not alone'
-        elif r.effect in rivals:
-            remark = 'explains it as well'
-        elif not r.refitted:
-            remark = 'estimated'
+            remark = 'found' if not found[r.effect].indistinguishable_from else 'found, not alone'
         axis.annotate(
-            f'{number(r.gain)}   {remark}'.rstrip(),
-            (max(r.gain, 0.0), place),
+            f'{percent(share)}   {remark}'.rstrip(),
+            (100.0 * share, place),
             xytext=(5, 0),
             textcoords='offset points',
             va='center',
@@ -228,19 +245,22 @@ def draw_ranking(path: Path, diagnosis: Diagnosis) -> bool:
         )
     axis.set_yticks(range(len(ranking)), [f'{plain(r.effect)} ({r.stage})' for r in ranking], fontsize=8)
     axis.set_ylim(len(ranking) - 0.4, -0.6)
-    axis.set_xlim(0.0, 1.7 * max(*(r.gain for r in ranking), 1e-9))
-    axis.set_xlabel('gain: twice the log likelihood ratio')
+    axis.set_xlim(0.0, 150.0)
+    axis.set_xticks([0, 25, 50, 75, 100])
+    axis.set_xlabel('tried alone: per cent of what the best explains')
     axis.grid(visible=False, axis='y')
     save(figure, path)
-    return True
+    pale = ' Pale bars are estimates.' if not all(r.refitted for r in ranking) else ''
+    hatched = ' Hatched: explains as much as what was found.' if rivals & {r.effect for r in ranking} else ''
+    bars = ', '.join(f'{plain(r.effect)} {percent(max(r.gain, 0.0) / ranking[0].gain)}' for r in ranking)
+    return Said(f'What each effect explains when it is tried alone.{pale}{hatched}', f'Bars: {bars}')
 
 
-def draw_experiment(path: Path, diagnosis: Diagnosis) -> bool:
-    """What could not be told apart, and the current and load of the experiment that would decide."""
+def draw_experiment(path: Path, diagnosis: Diagnosis) -> Said | None:
+    """The current and load of the experiment that would decide between two effects."""
     proposal = diagnosis.next_experiment
-    sets = [(f.effect, f.indistinguishable_from) for f in diagnosis.findings if f.indistinguishable_from]
     if proposal is None:
-        return False
+        return None
     edges = np.concatenate([[0.0], np.cumsum([step.duration for step in proposal.steps])])
     figure, (current, load) = canvas(2, height=1.9, sharex=True)
     for axis, name, colour in ((current, 'current', DRIVE), (load, 'load', LOAD)):
@@ -252,36 +272,24 @@ def draw_experiment(path: Path, diagnosis: Diagnosis) -> bool:
     load.set_xlabel(f'time (s); all of it {proposal.repeat} times' if proposal.repeat > 1 else 'time (s)')
     load.set_xlim(0.0, float(edges[-1]))
     first, second = (plain(name) for name in proposal.separates)
-    title = f'{first} or {second}? This decides with probability {chance(proposal.power)}'
-    if sets:
-        apart = '; '.join(f'{plain(name)} and {", ".join(map(plain, others))}' for name, others in sets)
-        title = f'Not told apart by the recordings: {apart}.\n{title}'
-    current.set_title(title, fontsize=10)
+    current.set_title(f'{first} or {second}? It decides with probability {chance(proposal.power)}', fontsize=10)
     save(figure, path)
-    return True
+    length = proposal.repeat * float(edges[-1])
+    levels = sorted({step.current for step in proposal.steps})
+    loads = ', '.join(f'{load:.2g}' for load in sorted({step.load for step in proposal.steps}))
+    return Said(
+        'The experiment that would decide: current and load over time.',
+        f'{plain(proposal.name)}, {length:.0f} s: currents from {levels[0]:.3g} to {levels[-1]:.3g} A, loads {loads} N',
+    )
 
 
-FIGURES = (
-    Figure(
-        'channels.png',
-        'What was recorded (black) and the model before (orange) and after (blue). Below each channel its residual: '
-        'recorded minus model, twice the noise in grey. Shaded: where the misfit lives.',
-        draw_channels,
-    ),
-    Figure(
-        'driver.png',
-        'The residual against what it goes with, drive on and off apart; lines are means, twice the noise in grey.',
-        draw_driver,
-    ),
-    Figure('loop.png', 'One cycle over temperature.', draw_loop),
-    Figure(
-        'ranking.png',
-        'What each candidate gains. Full bars were refitted, pale ones are estimated by linear approximation; '
-        'hatched ones explain the data as well as what was found.',
-        draw_ranking,
-    ),
-    Figure('experiment.png', 'The experiment that would decide.', draw_experiment),
-)
+FIGURES: dict[str, Callable[[Path, Diagnosis], Said | None]] = {
+    'channels.png': draw_channels,
+    'driver.png': draw_driver,
+    'loop.png': draw_loop,
+    'ranking.png': draw_ranking,
+    'experiment.png': draw_experiment,
+}
 
 
 def telling_channel(diagnosis: Diagnosis) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Finding, Value
 from tcp_muscle_ros.report.diagnosis_figures import Figure
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL
+from tcp_muscle_ros.report.rig_checks import check_on_rig
 from tcp_muscle_ros.report.words import (
     VERDICTS,
     at_edge,
@@ -23,7 +24,9 @@ from tcp_muscle_ros.report.words import (
     parameter_text,
     percent,
     plain,
+    probability_text,
     range_text,
+    told_apart,
 )
 
 _STYLE = """
@@ -117,9 +120,10 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[str]], text_columns: Se
 
 def _figure(figure: Figure, folder: Path) -> str:
     data = b64encode((folder / figure.file).read_bytes()).decode('ascii')
-    caption = escape(figure.caption)
+    caption, alternative = escape(figure.said.caption), escape(figure.said.alternative)
     return (
-        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}"><figcaption>{caption}</figcaption></figure>'
+        f'<figure><img alt="{alternative}" src="data:image/png;base64,{data}">'
+        f'<figcaption>{caption}</figcaption></figure>'
     )
 
 
@@ -135,7 +139,7 @@ def _location(d: Diagnosis) -> str:
         shares = ', '.join(f'{percent(driver.share)} at {range_text(driver)}' for driver in where.drivers)
         said += f' Of the misfit, {shares}.'
     if isfinite(where.size):
-        said += f' It is typically {error_text(where.channel, where.size)}.'
+        said += f' There the model is off by {error_text(where.channel, where.size)} (root mean square).'
     return f'<p>{escape(said)}</p>'
 
 
@@ -146,13 +150,12 @@ def _findings(d: Diagnosis) -> str:
 
 
 def _finding(f: Finding) -> str:
-    rivals = ', '.join(plain(other) for other in f.indistinguishable_from)
-    told = f'These recordings cannot tell it from {rivals}.' if rivals else 'The recordings single it out.'
+    told = told_apart(f)
     parameters = own_parameters(f)
-    held_out = '; '.join(f'{channel} {change_text(channel, change)}' for channel, change in f.held_out.items())
+    better = '; '.join(f'{channel} {change_text(channel, change)}' for channel, change in f.improvement.items())
     parts = [
         f'<h3>{escape(plain(f.effect))} <span class="soft">{escape(f.stage)} stage, '
-        f'confidence {number(f.confidence, 2)}</span></h3>',
+        f'{probability_text(f)}</span></h3>',
         f'<p>{escape(f.sentence)}</p>',
         f'<p><code>{escape(f.equation)}</code></p>',
     ]
@@ -162,9 +165,11 @@ def _finding(f: Finding) -> str:
             for name, v in parameters.items()
         ]
         parts.append(_table(['parameter', 'value (90 % interval)', 'meaning', 'remark'], rows, (0, 2, 3)))
-    parts.append(f'<p>{escape(told)}</p>')
-    if held_out:
-        parts.append(f'<p>{escape(f"Error on data not used for the fit, without and with it: {held_out}.")}</p>')
+    parts.append(f'<p>{escape(f"{told[0].upper()}{told[1:]}.")}</p>')
+    if better:
+        said = f'Error on unseen data, all findings without this one and with it: {better}.'
+        parts.append(f'<p>{escape(said)}</p>')
+    parts.append(f'<p>Check on the rig: {escape(check_on_rig(f.effect))}</p>')
     return f'<div class="card">{"".join(parts)}</div>'
 
 
@@ -181,19 +186,18 @@ def _fit(d: Diagnosis) -> str:
         [
             channel,
             *(error_text(channel, e) for e in (f.nominal, f.calibrated, f.improved, f.noise)),
-            'yes' if f.held_out else 'no',
-            error_text(channel, f.replayed),
+            change_text(channel, f.held_out) if f.held_out else '-',
         ]
         for channel, f in d.fit.items()
     ]
-    heads = ['channel', 'nominal', 'recalibrated', 'improved', 'noise', 'improved is held out', f'{IMPROVED} replayed']
+    heads = ['channel', 'nominal', 'recalibrated', IMPROVED, 'noise', 'unseen data: recalibrated to improved']
     return _section(
         'Fit',
         _soft(
-            'Root mean square error, free-running from the recorded inputs. Held out: on data not used for the fit. '
-            'Replayed: on every sample of these recordings, without what belongs to their sensors and their start.'
+            'Root mean square error of single samples, free-running from the recorded inputs, as tcp_muscle replay '
+            'prints it: without what belongs to sensors. Unseen data were kept out of the fit.'
         ),
-        _table(heads, rows, (0, 5)),
+        _table(heads, rows),
     )
 
 

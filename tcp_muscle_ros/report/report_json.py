@@ -1,7 +1,7 @@
 """``report.json``: a diagnosis as data for programs; its schema is ``diagnosis.schema.json`` beside this file.
 
 SI, but absolute temperatures in degC as in parameter files; every parameter says its unit. A number that does not
-exist is ``null``.
+exist is ``null``. Recordings are counted from 1.
 """
 
 import json
@@ -13,11 +13,20 @@ from typing import Any
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Diagnosis, Finding, Proposal, RecordingSummary, Value
+from tcp_muscle_ros.diagnosis.answer.findings import (
+    Change,
+    ChannelFit,
+    Diagnosis,
+    Finding,
+    FreeLaw,
+    Proposal,
+    RecordingSummary,
+    Value,
+)
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.report.words import at_edge, driver_range, own_parameters
 
-SCHEMA = 'tcp_muscle_ros/diagnosis-1'
+SCHEMA = 'tcp_muscle_ros/diagnosis-2'
 PROTOCOL, IMPROVED = 'next_protocol.yaml', 'improved.yaml'
 _DIGITS = 9  # significant: enough to replay to the same figures, few enough to read
 
@@ -32,7 +41,9 @@ def as_data(diagnosis: Diagnosis) -> dict[str, Any]:
             'headline': d.headline,
             'recordings': [_recording(r) for r in d.recordings],
             'noise': d.noise,
+            'repeatability': {name: d.repeatability.get(name) for name in d.noise},
             'verdict': d.verdict,
+            'verdict_probability': d.verdict_probability,
             'calibration': {name: _value(at_edge(name, v)) for name, v in {**d.calibration, **d.sensors}.items()},
             'sensors': sorted(d.sensors),
             'location': d.location and _location(d.location),
@@ -44,6 +55,7 @@ def as_data(diagnosis: Diagnosis) -> dict[str, Any]:
             'not_testable': [{'effect': n.effect, 'why': n.why} for n in d.not_testable],
             'unexplained': d.unexplained and _unexplained(d.unexplained),
             'next_experiment': d.next_experiment and _proposal(d.next_experiment),
+            'would_help': d.would_help,
             'improved_parameters': IMPROVED,
             'notes': d.notes,
             'seconds': d.seconds,
@@ -96,8 +108,9 @@ def _location(where: Location) -> dict[str, object]:
         'channel': where.channel,
         'phase': where.phases,
         'drivers': drivers,
-        'intervals_s': where.intervals,
+        'intervals_s': [_interval(found) for found in where.intervals],
         'size': where.size,
+        'mean': where.mean,
     }
 
 
@@ -108,11 +121,27 @@ def _finding(f: Finding) -> dict[str, object]:
         'sentence': f.sentence,
         'equation': f.equation,
         'parameters': {name: _value(v) for name, v in own_parameters(f).items()},
-        'confidence': f.confidence,
+        'probability': f.probability,
+        'singled_out': f.singled_out,
         'indistinguishable_from': f.indistinguishable_from,
-        'held_out': {channel: {'rmse_before': c.before, 'rmse_after': c.after} for channel, c in f.held_out.items()},
+        'improvement': {channel: _change(c) for channel, c in f.improvement.items()},
         'gain': f.gain,
+        'unlisted': f.unlisted and _free_law(f.stage, f.unlisted),
     }
+
+
+def _change(c: Change) -> dict[str, object]:
+    return {'rmse_without': c.before, 'rmse_with': c.after}
+
+
+def _free_law(stage: str, law: FreeLaw) -> dict[str, object]:
+    curve = {name: getattr(law, name).tolist() for name in ('at', 'value', 'low', 'high')}
+    return {'stage': stage, 'driver': law.driver, 'unit': law.unit, 'curve': curve, 'nearest': law.nearest}
+
+
+def _interval(found: tuple[int, float, float]) -> tuple[int, float, float]:
+    """Recording, start, end, the recordings counted from 1."""
+    return found[0] + 1, found[1], found[2]
 
 
 def _fit(f: ChannelFit) -> dict[str, object]:
@@ -121,8 +150,7 @@ def _fit(f: ChannelFit) -> dict[str, object]:
         'rmse_calibrated': f.calibrated,
         'rmse_improved': f.improved,
         'noise': f.noise,
-        'held_out': f.held_out,
-        'rmse_replayed': f.replayed,
+        'held_out': f.held_out and _change(f.held_out),
     }
 
 
@@ -136,7 +164,7 @@ def _unexplained(u: Unexplained) -> dict[str, object]:
         'low': low,
         'high': high,
         'unit': unit,
-        'interval_s': u.interval,
+        'interval_s': _interval(u.interval),
     }
 
 

@@ -4,7 +4,7 @@ from textwrap import shorten, wrap
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Finding
 from tcp_muscle_ros.muscle import SPECIFICATIONS
-from tcp_muscle_ros.report.report_json import PROTOCOL
+from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL
 from tcp_muscle_ros.report.tables import table
 from tcp_muscle_ros.report.words import (
     VERDICTS,
@@ -17,7 +17,9 @@ from tcp_muscle_ros.report.words import (
     parameter_text,
     percent,
     plain,
+    probability_text,
     range_text,
+    told_apart,
 )
 
 LINES, WIDTH = 20, 100
@@ -39,6 +41,8 @@ def summary(diagnosis: Diagnosis, report: object = None) -> str:
         first, second = (plain(name) for name in d.next_experiment.separates)
         power = chance(d.next_experiment.power)
         lines.append(f'next: {PROTOCOL} separates {first} from {second} with probability {power}')
+    elif d.would_help:
+        lines.append(f'would help: {d.would_help[0]}')
     lines = [shorten(line, WIDTH, placeholder=' ...') if len(line) > WIDTH else line for line in lines]
     room = LINES - 1 - len(lines)
     lines += [line for note in d.notes for line in wrap(f'note: {note}', WIDTH, subsequent_indent='  ')][: max(room, 0)]
@@ -72,9 +76,9 @@ def _findings(d: Diagnosis) -> list[str]:
     brief = len(d.findings) > _FINDINGS // 2  # one line each instead of two
     lines = []
     for place, finding in enumerate(d.findings[:_FINDINGS], 1):
-        name = f'{place}. {plain(finding.effect)} ({finding.stage}), confidence {finding.confidence:.2f}'
-        rivals = ', '.join(plain(other) for other in finding.indistinguishable_from)
-        told = f'not to be told from {rivals}' if rivals else 'singled out by the data'
+        name = f'{place}. {plain(finding.effect)} ({finding.stage})'
+        name = ', '.join(filter(None, [name, probability_text(finding)]))
+        told = told_apart(finding)
         if brief:
             lines.append(f'{name}; {told}')
         else:
@@ -108,8 +112,7 @@ def _fit(d: Diagnosis) -> list[str]:
         [channel, *(error_text(channel, e) for e in (f.nominal, f.calibrated, f.improved, f.noise))]
         for channel, f in d.fit.items()
     ]
-    held_out = 'improved (held out)' if any(f.held_out for f in d.fit.values()) else 'improved'
-    lines = table(['RMSE', 'nominal', 'recalibrated', held_out, 'noise'], rows).splitlines()
+    lines = table(['RMSE', 'nominal', 'recalibrated', IMPROVED, 'noise'], rows).splitlines()
     return [lines[0], *lines[2:]]  # without the rule: lines are dear here
 
 

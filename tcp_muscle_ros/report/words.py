@@ -13,6 +13,7 @@ from tcp_muscle_ros.report.tables import SHOWN
 VERDICTS = {
     'match': 'the simulation matches the recordings',
     'wrong_parameters': 'the parameters are wrong, the physics is not',
+    'not_repeatable': 'the recordings repeat no better than the simulation predicts them',
     'sensor_or_setup': 'a sensor or the set-up differs, not the muscle',
     'missing_physics': 'physics is missing from the simulation',
     'unexplained': 'something is missing that no listed effect explains',
@@ -149,6 +150,20 @@ def percent(share: float) -> str:
 def chance(probability: float) -> str:
     """A probability as per cent; an expected one is never certain."""
     return '> 99 %' if probability > 0.99 else '< 1 %' if probability < 0.01 else percent(probability)
+
+
+def told_apart(finding: Finding) -> str:
+    """Whether the recordings leave anything else in the place of a finding, nothing included."""
+    rivals = ' or '.join(plain(other) for other in finding.indistinguishable_from)
+    said = [f'could as well be {rivals}'] if rivals else []
+    said += ['its interval includes no effect'] if finding.may_be_nothing else []
+    return '; '.join(said) or 'no other listed effect explains as much'
+
+
+def probability_text(finding: Finding) -> str:
+    """``probability 0.97``, never a certainty; empty where there is none."""
+    p = finding.probability
+    return f'probability {"> 0.99" if p > 0.99 else number(p, 2)}' if isfinite(p) else ''
 
 
 def meaning(effect: str, parameter: str) -> str:

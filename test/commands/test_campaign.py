@@ -151,7 +151,7 @@ def test_what_is_done_is_not_done_again_unless_its_inputs_changed(campaign, bags
     assert {p for p in before if times(output).get(p) == before[p]} == {p for p in before if p.parent.name == 'index_0'}
 
 
-def test_the_table_names_the_first_finding_with_its_confidence_and_errors():
+def test_the_table_names_the_first_finding_with_its_probability_and_errors():
     diagnosis, _ = creep()
     rows = [
         Row('thumb', None, None, None, as_data(diagnosis), None),
@@ -159,10 +159,10 @@ def test_the_table_names_the_first_finding_with_its_confidence_and_errors():
         Row('last', None, None, None, None, NOT_DONE),
     ]
     heads, _, thumb, torn, last, *rest = terminal_table(rows).splitlines()
-    assert heads.split() == ['run', 'verdict', 'first', 'finding', 'confidence', 'held-out', 'error']
+    assert heads.split() == ['run', 'verdict', 'first', 'finding', 'probability', 'held-out', 'error']
     first = diagnosis.findings[0]
-    assert thumb.split()[:4] == ['thumb', diagnosis.verdict, first.effect, f'{first.confidence:.2f}']
-    before, after = (getattr(diagnosis.fit['displacement'], when) for when in ('calibrated', 'improved'))
+    assert thumb.split()[:4] == ['thumb', diagnosis.verdict, first.effect, f'{first.probability:.2f}']
+    before, after = (getattr(diagnosis.fit['displacement'].held_out, when) for when in ('before', 'after'))
     told = [error_text('displacement', error, unit=False) for error in (before, after)]
     assert thumb.endswith(f'displacement {told[0]} to {told[1]} mm')
     assert torn.split()[:2] == ['torn', 'failed'] and last.split()[:3] == ['last', 'not', 'done']
@@ -236,7 +236,7 @@ def caught(worker, output):
     """The number of the run that a worker was stopped in the middle of; None where it was between two."""
     worker.suspend()
     wait_for(lambda: worker.status() == psutil.STATUS_STOPPED)
-    drafts = [path.name for path in (output / '.unfinished').glob('run_*-*')]
+    drafts = [path.name for path in (output / '.unfinished').rglob('run_*-*')]
     if not drafts:
         worker.resume()
         return None
@@ -334,7 +334,7 @@ def test_a_cluster_loses_nothing_where_a_worker_is_killed_in_the_middle(bags, cl
     )
     try:
         with distributed.Client(address) as client:
-            wait_for(lambda: any((output / '.unfinished').glob('run_*/figures')))
+            wait_for(lambda: any((output / '.unfinished').rglob('run_*/figures')))
             names = {url: worker['name'] for url, worker in client.scheduler_info()['workers'].items()}
             lost = [runs for url, runs in client.processing().items() if names[url] == 'victim']
             victim.kill()

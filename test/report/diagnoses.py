@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     ChannelFit,
     Diagnosis,
     Finding,
+    FreeLaw,
     NotTestable,
     Proposal,
     Ranked,
@@ -89,7 +90,7 @@ def _diagnosis(experiments, *, nominal=NOMINAL, before=None, after=None, **said)
             _rms(np.concatenate([s.recorded - getattr(s, model) for s in mine]))
             for model in ('nominal', 'before', 'after')
         ]
-        fit[name] = ChannelFit(*errors, NOISE[name], True)
+        fit[name] = ChannelFit(*errors, NOISE[name], Change(*errors[1:]))
     calibration = {
         'hA': Value(before['hA'], 0.97 * before['hA'], 1.03 * before['hA'], 'W/K', nominal['hA']),
         'C': Value(before['C'], 0.96 * before['C'], 1.04 * before['C'], 'J/K', nominal['C']),
@@ -114,6 +115,8 @@ def _diagnosis(experiments, *, nominal=NOMINAL, before=None, after=None, **said)
         'next_experiment': None,
         'nominal': nominal,
         'improved': after,
+        'calibrated': before,
+        'repeatability': dict.fromkeys(experiments[0].observed),
         'drive': tuple(('current', e.imposed.time, e.imposed.drive) for e in experiments),
         'series': series,
         'seconds': {'calibrate': 3.2, 'screen': 0.8},
@@ -146,8 +149,8 @@ def creep():
         experiments,
         before=before,
         after=after,
-        headline='Between 45 and 80 degC while cooling, the recorded stroke stays 2.1 mm below the simulation. The '
-        'paper leaves out creep; with it the held-out error falls from 1.9 mm to 0.04 mm (noise 0.04 mm).',
+        headline='Between 45 and 80 degC while cooling, the recorded stroke is on average 2.1 mm below the '
+        'simulation. The simulation lacks creep; with it the error on unseen data falls from 1.9 mm to 0.04 mm.',
         verdict='missing_physics',
         location=Location(
             'mechanical',
@@ -158,6 +161,7 @@ def creep():
                 Driver('since_switch', 2.0, 30.0, 0.2, 's'),
             ),
             ((0, 30.0, 52.0), (0, 90.0, 112.0), (1, 30.0, 55.0)),
+            2.4e-3,
             -2.1e-3,
         ),
         findings=(found,),
@@ -194,8 +198,8 @@ def convection_or_radiation():
         experiments,
         before=NOMINAL.replace(hA=1.07 * NOMINAL['hA']),
         after=after,
-        headline='While heating, the recorded temperature stays 1.3 K below the simulation. The paper leaves out '
-        'natural convection or radiation (these recordings do not say which).',
+        headline='While heating, the recorded temperature is on average 1.3 K below the simulation. The simulation '
+        'lacks natural convection (or radiation).',
         verdict='missing_physics',
         location=Location(
             'thermal',
@@ -203,6 +207,7 @@ def convection_or_radiation():
             ('heating',),
             (Driver('temperature', 340.15, 353.15, 0.64, 'K'),),
             ((0, 10.0, 30.0),),
+            1.5,
             -1.3,
         ),
         findings=(found,),
@@ -228,8 +233,8 @@ def convection_or_radiation():
 def three_effects():
     """As much as a diagnosis may have to say."""
     (d, experiments), (other, _) = creep(), convection_or_radiation()
-    third = replace(d.findings[0], effect='geometric_stiffening', parameters={}, confidence=0.55)
-    fit = {**d.fit, 'force': ChannelFit(0.02, 0.015, 0.004, 0.002, False)}
+    third = replace(d.findings[0], effect='geometric_stiffening', parameters={}, probability=0.55)
+    fit = {**d.fit, 'force': ChannelFit(0.02, 0.015, 0.004, 0.002)}
     told = replace(
         d,
         headline=' '.join([d.headline] * 3),
@@ -307,6 +312,42 @@ def insufficient_data():
     )
 
 
+def not_repeatable():
+    """Two runs of one protocol differ by more than the simulation misses either."""
+    experiments = [experiment(NOMINAL, seed=k) for k in range(2)]
+    return _diagnosis(
+        experiments,
+        headline='Runs of the same protocol differ from each other by as much as they differ from the simulation.',
+        verdict='not_repeatable',
+        verdict_probability=0.9,
+        repeatability={'displacement': 4e-4, 'temperature': None},
+    )
+
+
+def next_to_nothing():
+    """An effect whose interval contains no effect at all, and no experiment that would decide."""
+    d, experiments = convection_or_radiation()
+    found = replace(
+        d.findings[0],
+        parameters={'n': Value(0.03, -0.004, 0.064, '1', 0.0)},
+        probability=0.41,
+        indistinguishable_from=(),
+    )
+    return replace(d, findings=(found,), next_experiment=None, would_help=('a second load',)), experiments
+
+
+def unlisted():
+    """A law without a name: the conductance over temperature."""
+    d, experiments = convection_or_radiation()
+    at = np.linspace(296.15, 363.15, 12)
+    value = 0.0189 * (1.0 + 0.004 * (at - 296.15))
+    law = FreeLaw('temperature', 'W/K', at, value, 0.97 * value, 1.03 * value, 'natural_convection')
+    found = replace(
+        d.findings[0], effect='free_conductance', parameters={}, indistinguishable_from=(), unlisted=law, equation=''
+    )
+    return replace(d, findings=(found,), next_experiment=None, ranking=()), experiments
+
+
 def force_only():
     """A held muscle: no stroke, no thermometer."""
     truth = NOMINAL.replace(hA=1.2 * NOMINAL['hA'])
@@ -323,6 +364,9 @@ ALL = {
         wrong_parameters,
         sensor_or_setup,
         unexplained,
+        not_repeatable,
+        next_to_nothing,
+        unlisted,
         insufficient_data,
         force_only,
     )

@@ -32,7 +32,9 @@ CONTRACT = {
     'partial': None,
     'recordings': {'path', 'duration_s', 'rate_hz', 'channels', 'issues'},
     'noise': None,
+    'repeatability': None,
     'verdict': None,
+    'verdict_probability': None,
     'calibration': {'nominal', 'value', 'low', 'high', 'unit'},
     'location': {'stage', 'channel', 'phase', 'drivers', 'intervals_s'},
     'findings': {
@@ -41,14 +43,17 @@ CONTRACT = {
         'sentence',
         'equation',
         'parameters',
-        'confidence',
+        'probability',
+        'singled_out',
         'indistinguishable_from',
-        'held_out',
+        'improvement',
+        'unlisted',
     },
-    'fit': {'rmse_nominal', 'rmse_calibrated', 'rmse_improved', 'noise', 'held_out', 'rmse_replayed'},
+    'fit': {'rmse_nominal', 'rmse_calibrated', 'rmse_improved', 'noise', 'held_out'},
     'not_testable': {'effect', 'why'},
     'unexplained': {'stage', 'channel', 'share', 'driver', 'interval_s'},
     'next_experiment': {'separates', 'protocol', 'power'},
+    'would_help': None,
     'improved_parameters': None,
 }
 
@@ -101,6 +106,8 @@ def test_the_schema_is_one_and_knows_every_key_of_the_contract():
         ('noise', {'smell': 1.0}),
         ('fit', {'displacement': {'rmse_nominal': -1.0}}),
         ('next_experiment', {'separates': ['creep'], 'protocol': 'next_protocol.yaml', 'power': 0.5}),
+        ('next_experiment', {'separates': ['creep', 'slack'], 'protocol': 'next_protocol.yaml', 'power': 0.4}),
+        ('location', {'stage': 'thermal', 'channel': 'force', 'phase': [], 'drivers': [], 'intervals_s': [[0, 1, 2]]}),
         ('location', {}),
     ],
 )
@@ -127,8 +134,8 @@ def test_json_says_what_the_diagnosis_says(made):
         'fixed_by_data': True,
         'at_bound': False,
     }
-    assert finding['held_out'] == {'displacement': {'rmse_before': 1.9e-3, 'rmse_after': 4.3e-5}}
-    assert content['location']['intervals_s'][0] == [0, 30.0, 52.0]
+    assert finding['improvement'] == {'displacement': {'rmse_without': 1.9e-3, 'rmse_with': 4.3e-5}}
+    assert content['location']['intervals_s'] == [[1, 30.0, 52.0], [1, 90.0, 112.0], [2, 30.0, 55.0]]
     assert content['location']['drivers'][0] == {
         'variable': 'temperature',
         'low': 45.0,
@@ -200,7 +207,7 @@ def test_the_page_tells_everything(made):
         assert finding.sentence in text
         assert finding.equation in text
         assert words.plain(finding.effect) in text
-    for part in ('cannot tell it from radiation', '0.347 (0.339 to 0.356)', '42 % of the misfit', 'no slow part'):
+    for part in ('ould as well be radiation', '0.347 (0.339 to 0.356)', '42 % of the misfit', 'no slow part'):
         assert part in text
     for part in ('temperature 45 to 80 degC', 'next_protocol.yaml', 'probability 93 %', 'lab/run_2', d.notes[0]):
         assert part in text
@@ -236,7 +243,7 @@ def test_the_terminal_says_where_what_and_how_well(made):
     assert 'J 0.347 (0.339 to 0.356), tau50 25.1 (24.0 to 26.3) s' in text
     assert 'mechanical stage, displacement, cooling and transition; 71 % at temperature 45 to 80 degC' in text
     assert '0.0411 mm' in text
-    assert 'not to be told from radiation' in summary(made['convection_or_radiation'][0])
+    assert 'could as well be radiation' in summary(made['convection_or_radiation'][0])
 
 
 @pytest.mark.parametrize('name', ['creep', 'convection_or_radiation', 'three_effects', 'sensor_or_setup', 'match'])

@@ -6,8 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import (
-    Change,
-    ChannelFit,
     Diagnosis,
     Finding,
     NotTestable,
@@ -17,6 +15,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Series,
     Value,
 )
+from tcp_muscle_ros.diagnosis.answer.improvement import certainty, fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
 from tcp_muscle_ros.diagnosis.answer.notes import on_shared, on_slips
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, headline
@@ -25,12 +24,11 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import aged, unit_of
 from tcp_muscle_ros.diagnosis.fitting.forms import FORM
 from tcp_muscle_ros.diagnosis.fitting.generic import drivers
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
 from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.company import THRESHOLD
-from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Location, Unexplained, locate, worst_channel
+from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained, locate, worst_channel
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
@@ -39,6 +37,8 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
 LEAST_SIGNAL = 3.0
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
+_HELPS = 0.98  # of the nominal error: recalibration that does not lower it so far, on unseen data, tells nothing
+LEAST_CHANCE = 0.5  # of deciding, from which an experiment is proposed
 
 
 def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]:
@@ -107,42 +107,6 @@ def _sensors(fitted: Fit, chosen: Sequence[Chosen]) -> dict[str, Value]:
     return found
 
 
-def _nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:
-    """What the nominal muscle shows, each recording at rest at its stated ambient, zeros of the rig taken out."""
-    found = []
-    for experiment in fitted.problem.experiments:
-        predicted = replace(experiment, slips=()).predict(nominal)
-        for name in FLOATING_ZERO:
-            if name in predicted:
-                predicted[name] = predicted[name] + np.mean(experiment.observed[name].value - predicted[name])
-        found.append(predicted)
-    return found
-
-
-def _fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
-    calibrated = selection.before.rmse()
-    improved = selection.after.rmse()
-    squares: dict[str, list[float]] = {}
-    for experiment, predicted in zip(
-        selection.final.problem.experiments, _nominal_predictions(selection.final, nominal), strict=True
-    ):
-        for name, o in experiment.observed.items():
-            entry = squares.setdefault(name, [0.0, 0.0])
-            entry[0] += float(np.sum((o.value - predicted[name]) ** 2))
-            entry[1] += o.time.size
-    nominal_rmse = {name: float(np.sqrt(s / n)) for name, (s, n) in squares.items()}
-    return {
-        name: ChannelFit(
-            nominal_rmse[name],
-            calibrated.get(name, float('nan')),
-            improved.get(name, float('nan')),
-            selection.structure_after[name].noise.sigma,
-            name in improved,
-        )
-        for name in nominal_rmse
-    }
-
-
 def _most_improved(selection: Selection) -> str | None:
     """The channel of whose misfit the chosen effects take the largest share away; None where none were chosen."""
     if not selection.chosen:
@@ -151,10 +115,16 @@ def _most_improved(selection: Selection) -> str | None:
     return min(had, key=lambda name: has[name] / had[name])
 
 
-def _findings(selection: Selection, location: Location | None) -> tuple[Finding, ...]:
+def _most_missed(selection: Selection) -> str | None:
+    """The channel that the calibrated model misses by the most noises, of those where that has structure; None where
+    nothing has."""
+    missed, noise = selection.calibrated.mean_square, selection.structure_after
+    standing = [name for name, s in selection.structure_before.items() if s.significant]
+    return max(standing, key=lambda name: missed[name] / noise[name].noise.sigma ** 2, default=None)
+
+
+def _findings(selection: Selection) -> tuple[Finding, ...]:
     final = selection.final
-    before, after = selection.before.rmse(), selection.after.rmse()
-    change = {name: Change(before[name], after[name]) for name in after if name in before}
     found = []
     for c in selection.chosen:
         effect = EFFECTS[c.effect]
@@ -166,9 +136,9 @@ def _findings(selection: Selection, location: Location | None) -> tuple[Finding,
                 finding_sentence(c.effect, values, c.indistinguishable),
                 effect.equation,
                 values,
-                c.confidence,
+                c.confidence * certainty(c.effect, values),
                 c.indistinguishable,
-                change,
+                own_improvement(selection, c.effect),
                 c.drop,
             )
         )
@@ -228,7 +198,7 @@ def _verdict(findings: Sequence[Finding], unexplained: Unexplained | None, wrong
 
 def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ...], ...]:
     calibrated, final = selection.calibrated, selection.final
-    nominals = _nominal_predictions(final, nominal)
+    nominals = nominal_predictions(final, nominal)
     rows = []
     for k, experiment in enumerate(final.problem.experiments):
         outputs = final.outputs[k]
@@ -275,34 +245,37 @@ def conclude(
     """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why."""
     remains = unexplained(selection)
     before = selection.structure_before
-    channel = worst_channel(before) or _most_improved(selection)
+    channel, worst = _most_missed(selection) or _most_improved(selection), worst_channel(before)
     location = None
     if channel is not None:
-        stage = EFFECTS[selection.chosen[0].effect].stage if selection.chosen else STAGE_OF[channel]
+        stage = EFFECTS[selection.chosen[0].effect].stage if selection.chosen else STAGE_OF[worst or channel]
         location = locate(selection.calibrated, before, channel, stage)
-    findings = _findings(selection, location)
-    wrong = _parameters_wrong(selection, nominal)
+    findings = _findings(selection)
+    errors = fits(selection, nominal)
+    wrong = _parameters_wrong(selection, nominal) and any(
+        f.held_out is not None and f.held_out.before < _HELPS * f.nominal for f in errors.values()
+    )
     verdict = _verdict(findings, remains, wrong)
-    fits = _fits(selection, nominal)
+    proposal = _proposal(selection)
     refitted = selection.first.refitted
     ranking = tuple(
         Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
     )
     experiments = selection.final.problem.experiments
     return Diagnosis(
-        headline=headline(verdict, findings, location, fits, remains),
+        headline=headline(verdict, findings, location, errors, remains),
         verdict=verdict,
         recordings=summaries(experiments),
-        noise={name: s.noise.sigma for name, s in selection.structure_after.items()},
+        noise=noises(selection),
         calibration=calibrated_values(selection.final, nominal, selection.calibrated),
         sensors=_sensors(selection.final, selection.chosen),
         location=location if verdict not in ('match', 'wrong_parameters') else None,
         findings=findings,
-        fit=fits,
+        fit=errors,
         ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
         not_testable=_not_testable(selection, untried),
         unexplained=remains,
-        next_experiment=_proposal(selection),
+        next_experiment=proposal if proposal is not None and proposal.power >= LEAST_CHANCE else None,
         nominal=nominal,
         improved=improved_muscle(selection),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
@@ -316,7 +289,31 @@ def conclude(
             *_cut_short(selection),
         ),
         seconds=dict(seconds),
+        calibrated=selection.calibrated.muscle,
+        repeatability=dict.fromkeys(selection.structure_after),
+        would_help=would_help(findings, proposal, experiments),
     )
+
+
+def would_help(
+    findings: Sequence[Finding], proposal: Proposal | None, experiments: Sequence[Experiment]
+) -> tuple[str, ...]:
+    """What to record where something is undecided and no planned experiment is likely to decide it."""
+    undecided = [f for f in findings if f.indistinguishable_from]
+    if not undecided or (proposal is not None and proposal.power >= LEAST_CHANCE):
+        return ()
+    seen = {name for e in experiments for name in e.observed}
+    missing = {
+        'temperature': 'a thermometer on the muscle: it tells thermal from mechanical causes',
+        'resistance': 'the resistance (voltage and current): it follows the temperature of the whole fibre',
+        'displacement': 'the contraction: it tells mechanical from thermal causes',
+    }
+    found = [what for name, what in missing.items() if name not in seen and not (name == 'displacement' in seen)]
+    if len({round(float(e.imposed.load[0]), 2) for e in experiments}) < 2:
+        found.append('the same protocol under a second load: what grows with the force is told from what does not')
+    if len(experiments) < 3:
+        found.append('each protocol three times: what repeats is told from what does not')
+    return tuple(found) or ('sensors with less noise, or more repetitions of the same protocols',)
 
 
 def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:

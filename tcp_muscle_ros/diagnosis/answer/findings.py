@@ -7,10 +7,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
-from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle import EFFECTS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
-VERDICTS = ('match', 'wrong_parameters', 'sensor_or_setup', 'missing_physics', 'unexplained', 'insufficient_data')
+VERDICTS = (
+    'match',
+    'wrong_parameters',
+    'not_repeatable',
+    'sensor_or_setup',
+    'unexplained',
+    'missing_physics',
+    'insufficient_data',
+)
 PHASES = ('heating', 'cooling', 'rest', 'transition')
 
 
@@ -29,7 +37,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Change:
-    """A root mean square error (SI of the channel) before and after."""
+    """A root mean square error (SI of the channel, of single samples) without something, and with it."""
 
     before: float
     after: float
@@ -47,11 +55,26 @@ class RecordingSummary:
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One named effect. ``held_out`` is the free-run error on data not used for the fit, by channel.
+class FreeLaw:
+    """The curve of a law without a name: ``value`` over the driver ``at`` (SI, shape (m,)), 90 % between ``low`` and
+    ``high``; ``unit``: of the values; ``nearest``: the listed effect that comes closest, None where none does."""
 
-    ``confidence`` is the probability of this effect among those it competes with; ``indistinguishable_from`` are the
-    others that the data admit as well.
+    driver: str
+    unit: str
+    at: Array
+    value: Array
+    low: Array
+    high: Array
+    nearest: str | None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One named effect, or a law without a name (``unlisted``).
+
+    ``probability``: that it is there, rather than one of those it competes with or nothing; ``indistinguishable_from``:
+    the others that the data admit as well. ``improvement``: the free-run error on data not used for the fit, by
+    channel that it changes: with all other findings but without this one, and with all.
     """
 
     effect: str
@@ -59,26 +82,38 @@ class Finding:
     sentence: str
     equation: str
     parameters: Mapping[str, Value]
-    confidence: float
+    probability: float
     indistinguishable_from: tuple[str, ...]
-    held_out: Mapping[str, Change]
+    improvement: Mapping[str, Change]
     gain: float
+    unlisted: FreeLaw | None = None
+
+    @property
+    def may_be_nothing(self) -> bool:
+        """Whether the intervals of all by which it acts contain no effect."""
+        bounds = strengths(self.effect, self.parameters)
+        return bool(bounds) and all(v.low <= none <= v.high for v, none in bounds)
+
+    @property
+    def singled_out(self) -> bool:
+        """Whether the data admit it and nothing else in its place, not even nothing."""
+        return not self.indistinguishable_from and not self.may_be_nothing
 
 
 @dataclass(frozen=True)
 class ChannelFit:
-    """Root mean square errors of one channel over all recordings (SI); ``held_out``: improved is on unseen data.
+    """Root mean square errors of one channel over all recordings, all of single samples (SI).
 
-    ``replayed``: what a replay of the improved muscle shows on the whole recordings, every sample, without what belongs
-    to their sensors and their start.
+    ``nominal``, ``calibrated`` and ``improved``: of replays of the whole recordings with the nominal muscle, the
+    recalibrated one and improved.yaml, without what belongs to sensors. ``held_out``: the free-run error on data not
+    used for the fit, recalibrated and with all findings; None where nothing was held out.
     """
 
     nominal: float
     calibrated: float
     improved: float
     noise: float
-    held_out: bool
-    replayed: float = float('nan')
+    held_out: Change | None = None
 
 
 @dataclass(frozen=True)
@@ -142,7 +177,14 @@ class Series:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The whole outcome. ``headline`` is the one plain sentence; ``improved`` the muscle that sim_node should use."""
+    """The whole outcome.
+
+    ``headline`` is the one plain sentence; ``calibrated`` the nominal muscle recalibrated, without what was found,
+    ``improved`` the muscle that sim_node should use.
+
+    ``repeatability``: by channel what runs of one protocol do not share (SI), None where there are no replicates.
+    ``would_help``: what to record so that an undecided question can be decided, where no planned experiment would.
+    """
 
     headline: str
     verdict: str
@@ -164,3 +206,21 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     partial: bool = False
     seconds: Mapping[str, float] = field(default_factory=dict)
+    calibrated: Parameters | None = None
+    repeatability: Mapping[str, float | None] = field(default_factory=dict)
+    verdict_probability: float | None = None
+    would_help: tuple[str, ...] = ()
+
+
+def strengths(effect: str, parameters: Mapping[str, Value]) -> list[tuple[Value, float]]:
+    """The values by which an effect acts, each with that of no effect.
+
+    These are its strength, one or one for each recording (``g [2]``), and what else of it is usually zero, such as the
+    zero of an ammeter beside its gain.
+    """
+    definition = EFFECTS.get(effect)
+    if definition is None:
+        return []
+    nothing = {row.name: 0.0 for row in definition.fitted if row.value == 0.0} | {definition.strength: definition.none}
+    own = [(name.removeprefix(f'{effect}.').split(' ')[0], value) for name, value in parameters.items()]
+    return [(value, nothing[name]) for name, value in own if name in nothing]

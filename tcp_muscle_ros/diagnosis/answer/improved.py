@@ -5,7 +5,8 @@ from dataclasses import replace
 from statistics import median
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
-from tcp_muscle_ros.diagnosis.answer.replaying import replayed_rmse
+from tcp_muscle_ros.diagnosis.answer.replaying import ReplayedErrors
+from tcp_muscle_ros.diagnosis.answer.sentences import headline
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.observe import conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
@@ -31,14 +32,25 @@ def physics_only(parameters: Parameters) -> Parameters:
 
 
 def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Mapping[str, Value]) -> Diagnosis:
-    """The diagnosis with the errors that ``tcp_muscle replay`` of its improved.yaml shows on the same bags.
+    """The diagnosis with the errors that ``tcp_muscle replay`` shows on the same bags, with the nominal parameters,
+    recalibrated, and with improved.yaml; its headline speaks of these.
 
     Empties ``recordings``: a long one is let go before it is replayed.
     """
     if not diagnosis.fit:
         return diagnosis
-    muscle = physics_only(diagnosis.improved)
-    given = conditions(ParameterFile(muscle, operating_with_room(diagnosis, operating)))
-    errors = replayed_rmse((prepare(recordings.pop(0), muscle, given) for _ in range(len(recordings))), muscle)
-    fit = {name: replace(f, replayed=errors.get(name, float('nan'))) for name, f in diagnosis.fit.items()}
-    return replace(diagnosis, fit=fit)
+    d, room = diagnosis, operating_with_room(diagnosis, operating)
+    calibrated, improved = (physics_only(muscle) for muscle in (d.calibrated or d.nominal, d.improved))
+    muscles = [(d.nominal, dict(operating)), (calibrated, room), (improved, room)]
+    errors = [ReplayedErrors(muscle) for muscle, _ in muscles]
+    while recordings:
+        recording = recordings.pop(0)
+        for error, (muscle, given) in zip(errors, muscles, strict=True):
+            error.add(prepare(recording, muscle, conditions(ParameterFile(muscle, given))))
+    before, recalibrated, after = (error.rmse() for error in errors)
+    fit = {
+        name: replace(f, nominal=before[name], calibrated=recalibrated[name], improved=after[name])
+        for name, f in d.fit.items()
+        if name in after
+    }
+    return replace(d, fit=fit, headline=headline(d.verdict, d.findings, d.location, fit, d.unexplained))

@@ -42,14 +42,18 @@ def _once(issues: Sequence[str]) -> tuple[str, ...]:
     return tuple(f'{", ".join(channels)}: {said}' if channels else said for said, channels in names.items())
 
 
-def with_faults(diagnosis: Diagnosis, mended: Sequence[Mended]) -> Diagnosis:
-    """The diagnosis with the sensors that stood still: a fault of the set-up, where nothing stronger was found."""
+def faults_of(mended: Sequence[Mended]) -> list[str]:
+    """The sensors that stood still, a sentence each."""
     many = len(mended) > 1
-    faults = [
+    return [
         fault.sentence + (f' in recording {Path(m.parts[0].path).name}' if many else '')
         for m in mended
         for fault in m.faults
     ]
+
+
+def with_faults(diagnosis: Diagnosis, faults: Sequence[str]) -> Diagnosis:
+    """The diagnosis with the sensors that stood still: a fault of the set-up, where nothing stronger was found."""
     if not faults:
         return diagnosis
     verdict = 'sensor_or_setup' if diagnosis.verdict in ('match', 'wrong_parameters') else diagnosis.verdict

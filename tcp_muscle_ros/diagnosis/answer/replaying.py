@@ -1,6 +1,6 @@
 """Replay: drive the model with recorded inputs, free-run, and compare each channel."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,20 +55,28 @@ def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
     return min(starts, key=error)
 
 
-def replayed_rmse(experiments: Iterable[Experiment], parameters: Parameters) -> dict[str, float]:
-    """Root mean square error (SI) by channel of replays of several recordings together."""
-    squares: dict[str, list[float]] = {}
-    for experiment in experiments:
-        start = start_temperature(experiment, parameters)
+class ReplayedErrors:
+    """Root mean square errors (SI) by channel of one muscle's replays of several recordings together."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+        self._squares: dict[str, list[float]] = {}
+
+    def add(self, experiment: Experiment) -> None:
+        """Replay one more recording."""
+        start = start_temperature(experiment, self.parameters)
         for name, observed in experiment.observed.items():  # one at a time: they may be long
-            outputs = experiment.outputs(parameters, start, only=(name,))
+            outputs = experiment.outputs(self.parameters, start, only=(name,))
             error = np.interp(observed.time, outputs.time, getattr(outputs, name))
             del outputs
             error -= observed.value
-            entry = squares.setdefault(name, [0.0, 0.0])
+            entry = self._squares.setdefault(name, [0.0, 0.0])
             entry[0] += float(error @ error)
             entry[1] += error.size
-    return {name: float(np.sqrt(total / count)) for name, (total, count) in squares.items()}
+
+    def rmse(self) -> dict[str, float]:
+        """Of all that was replayed."""
+        return {name: float(np.sqrt(total / count)) for name, (total, count) in self._squares.items()}
 
 
 def replay(

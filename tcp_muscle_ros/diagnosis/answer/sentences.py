@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, Value
+from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, Value, strengths
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
 
@@ -39,6 +39,8 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
         )
     kind = 'The sensors show' if EFFECTS[effect].stage == 'sensor' else 'The muscle shows'
     sentence = f'{kind} {words(effect)}: {", ".join(shown)}.'
+    if any(v.low <= none <= v.high for v, none in strengths(effect, values)):
+        sentence += ' Its interval includes no effect at all.'
     if others:
         sentence += f' These recordings admit as well: {", ".join(words(o) for o in others)}.'
     return sentence
@@ -59,9 +61,13 @@ def where(location: Location) -> str:
 
 
 def _misfit(location: Location) -> str:
+    """How much is missed: above or below only where the mean has that sign for sure."""
     quantity = _QUANTITY[location.channel][0]
-    side = 'above' if location.size > 0.0 else 'below'
-    return f'the recorded {quantity} is typically {amount(location.channel, abs(location.size))} {side} the simulation'
+    if location.mean is None:
+        return f'the recorded {quantity} differs from the simulation by {amount(location.channel, location.size)}'
+    side = 'above' if location.mean > 0.0 else 'below'
+    mean = amount(location.channel, abs(location.mean))
+    return f'the recorded {quantity} is on average {mean} {side} the simulation'
 
 
 def headline(
@@ -75,9 +81,11 @@ def headline(
     if verdict == 'match':
         return 'The simulation agrees with the recordings to within their noise.'
     if verdict == 'wrong_parameters':
+        return f'The physics is right, the parameters are those of another muscle; {_recalibrated(fits)}.'
+    if verdict == 'not_repeatable':
         return (
-            'The recordings differ from the simulation because its parameters are not those of this muscle; '
-            'recalibrated, it agrees.'
+            'Runs of the same protocol differ from each other by as much as they differ from the simulation: no model '
+            'can be better than these recordings repeat.'
         )
     if location is None:
         if unexplained is None:
@@ -89,19 +97,40 @@ def headline(
     opening = f'{where(location)}, {_misfit(location)}.'
     if verdict == 'unexplained' and unexplained is not None:
         return (
-            f'{opening} No effect of the catalogue explains it: unlisted, {unexplained.stage} stage, '
-            f'{100 * unexplained.share:.0f} % of the misfit remains.'
+            f'{opening} No effect of the catalogue explains it: {100 * unexplained.share:.0f} % of what the '
+            f'{_QUANTITY[unexplained.channel][0]} shows beyond its noise is unlisted, {unexplained.stage} stage.'
         )
-    first = findings[0]
-    names = [words(f.effect) for f in findings if (f.stage == 'sensor') == (first.stage == 'sensor')]
-    said = ' and '.join(names)
-    if first.indistinguishable_from:
-        said += ' (or ' + ', or '.join(words(o) for o in first.indistinguishable_from) + ')'
-    cause = f'The paper leaves out {said}' if first.stage != 'sensor' else f'The sensors add {said}'
-    fit = fits.get(location.channel)
-    if fit is None:
-        return f'{opening} {cause}.'
-    return (
-        f'{opening} {cause}; with it the held-out error falls from {amount(location.channel, fit.calibrated)} to '
-        f'{amount(location.channel, fit.improved)} (noise {amount(location.channel, fit.noise)}).'
-    )
+    return f'{opening} {_cause(findings)}{_better(location.channel, findings, fits)}.'
+
+
+def _recalibrated(fits: Mapping[str, ChannelFit]) -> str:
+    """What recalibration does to the channel that it helps most."""
+    helped = {name: f.nominal / f.calibrated for name, f in fits.items() if f.calibrated < f.nominal}
+    if not helped:
+        return 'recalibration moves them beyond what the data leave open'
+    name = max(helped, key=lambda channel: helped[channel])
+    before, after, noise = (amount(name, e) for e in (fits[name].nominal, fits[name].calibrated, fits[name].noise))
+    return f'recalibrated, the error of the {_QUANTITY[name][0]} falls from {before} to {after} (noise {noise})'
+
+
+def _cause(findings: Sequence[Finding]) -> str:
+    """What was found: of the muscle, else of the sensors; each with what the data admit in its place."""
+    physics = [f for f in findings if f.stage != 'sensor'] or list(findings)
+    said = []
+    for f in physics:
+        others = ' or '.join(words(o) for o in f.indistinguishable_from)
+        name = f'a law without a name ({words(f.effect)})' if f.unlisted is not None else words(f.effect)
+        said.append(f'{name} (or {others})' if others else name)
+    names = ', '.join(said[:-1]) + (' and ' if said[:-1] else '') + said[-1]
+    who = 'The sensors add' if physics[0].stage == 'sensor' else 'The simulation lacks'
+    return f'{who} {names}'
+
+
+def _better(channel: str, findings: Sequence[Finding], fits: Mapping[str, ChannelFit]) -> str:
+    """What all findings together do to the error on unseen data, where they lower it."""
+    fit = fits.get(channel)
+    if fit is None or fit.held_out is None or not fit.held_out.after < fit.held_out.before:
+        return ''
+    change = f'from {amount(channel, fit.held_out.before)} to {amount(channel, fit.held_out.after)}'
+    them = 'it' if len(findings) == 1 else 'all that was found'
+    return f'; with {them} the error on unseen data falls {change} (noise {amount(channel, fit.noise)})'

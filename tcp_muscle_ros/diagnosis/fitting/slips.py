@@ -128,6 +128,11 @@ def taken_out(fitted: Fit) -> Fit:
     return settle_noise(_with(fitted, [()] * len(fitted.problem.experiments)), 1)[0]
 
 
+def none_in(experiment: Experiment) -> Experiment:
+    """The experiment without its slips."""
+    return replace(experiment, slips=())
+
+
 def mean_leakage(fitted: Fit) -> tuple[float, float] | None:
     """The rate (1/s) of the effect whose mean the slips of a fit are, from no contraction on; and its standard
     deviation. None without any, or where the effect's own flow was fitted."""

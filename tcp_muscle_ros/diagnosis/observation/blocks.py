@@ -7,6 +7,7 @@ from typing import overload
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE, Observed
+from tcp_muscle_ros.diagnosis.observation.scatter import white_sigma
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 from tcp_muscle_ros.recording.inputs import SAME_INSTANT, changes, distance
 from tcp_muscle_ros.recording.recording import Channel
@@ -136,6 +137,7 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
         np.bincount(label, swinging) > 0.0 if moves else None,
         spacing=period,
         stretch=segment[np.append(0, np.flatnonzero(begins) + 1)],
+        within=white_sigma(value) ** 2 * (1.0 - count.size / value.size),
     )
 
 

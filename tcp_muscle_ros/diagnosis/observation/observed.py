@@ -19,6 +19,7 @@ class Observed:
     ``spacing``: s between these samples; ``stretch``: which stretch without a step of an input each value lies in,
     shape (m,), None where nothing was averaged.
     ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them; ``calm``: what these weigh.
+    ``within``: variance (SI squared) of single samples about the mean of their block.
     ``discrepancy``: ways in which the model may err here, each a column as large (SI) as it usually does, shape (m, n);
     ``unsure``: the same of what was imposed.
     """
@@ -32,6 +33,7 @@ class Observed:
     spacing: float = 0.0
     stretch: Array | None = None
     unsure: Array | None = None
+    within: float = 0.0
 
     @cached_property
     def ways(self) -> Array | None:

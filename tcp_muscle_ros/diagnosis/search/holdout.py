@@ -260,14 +260,19 @@ def touched(before: Fit, after: Fit) -> frozenset[str] | None:
     effect = more.pop() if len(more) == 1 else ''
     if not effect or EFFECTS[effect].stage == 'sensor':
         return None
-    without, kept = without_effect(after.problem, effect)
-    shown = without.predictions(after.z[kept])
+    return changed_by(after, effect) or None
+
+
+def changed_by(fitted: Fit, effect: str) -> frozenset[str]:
+    """The channels in which a fit shows something else without one of its effects, all else being as it is."""
+    without, kept = without_effect(fitted.problem, effect)
+    shown = without.predictions(fitted.z[kept])
     found = set()
-    for had, has in zip(shown, after.predictions, strict=True):
-        for name, noise in after.problem.noise.items():
+    for had, has in zip(shown, fitted.predictions, strict=True):
+        for name, noise in fitted.problem.noise.items():
             if name in had and float(np.sqrt(np.mean((has[name] - had[name]) ** 2))) > _TOUCHES * noise.sigma:
                 found.add(name)
-    return frozenset(found) if found else None
+    return frozenset(found)
 
 
 def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:

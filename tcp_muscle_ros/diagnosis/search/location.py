@@ -7,6 +7,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, Structure, drivers
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.noise.noise import Noise, slow_size
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 STAGE_OF = {'temperature': 'thermal', 'resistance': 'electrical', 'displacement': 'mechanical', 'force': 'mechanical'}
@@ -14,6 +15,8 @@ _TRANSITION = 2.0  # s after a switch
 _STEADY = 0.02  # of the largest rate: slower is rest
 _WINDOW = 10.0  # s
 _MOST_INTERVALS = 3
+_MOSTLY = 0.5  # of a misfit's size: a mean that is smaller says little of it
+_SURE = 3.0  # standard deviations of the mean of so much noise
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,12 @@ class Driver:
 
 @dataclass(frozen=True)
 class Location:
-    """Where the calibrated model differs: ``size`` is the typical misfit there (SI of the channel), signed."""
+    """Where the calibrated model differs.
+
+    ``intervals``: the stretches with the largest misfit: recording (an index, from 0), start, end (s). ``size``: the
+    root mean square of recorded minus calibrated there (SI of the channel, never negative); ``mean``: its mean, where
+    that has one sign for sure, and it is the larger part of what is missed; None where it has not.
+    """
 
     stage: str
     channel: str
@@ -37,11 +45,15 @@ class Location:
     drivers: tuple[Driver, ...]
     intervals: tuple[tuple[int, float, float], ...]
     size: float
+    mean: float | None = None
 
 
 @dataclass(frozen=True)
 class Unexplained:
-    """Structure that no listed effect explains: its share of the misfit above noise, and what it goes with."""
+    """Structure that no listed effect explains: its share of the misfit above noise, and what it goes with.
+
+    ``interval``: the stretch that shows it most: recording (an index, from 0), start, end (s).
+    """
 
     stage: str
     channel: str
@@ -81,7 +93,10 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
     inside = (temperature >= low) & (temperature <= high)
     if picked:
         inside &= np.logical_or.reduce([phases[p] for p in picked])
-    size = _typical(misfit[inside]) if np.any(inside) else _typical(misfit)
+    inside = inside if np.any(inside) else np.ones(misfit.size, dtype=bool)
+    kept = np.split(inside, np.cumsum([part.size for part in smooth])[:-1])
+    missed = [fitted.left[k][channel][there] for k, there in zip(owners, kept, strict=True)]
+    size, mean = _typical(missed, found[channel].noise)
     found_drivers = [Driver('temperature', low, high, share, 'K')]
     load = np.concatenate([d.load for d in seen])
     if np.ptp(load) > 0.0:
@@ -89,7 +104,7 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
         if part > 0.6 and (a, b) != (float(load.min()), float(load.max())):
             found_drivers.append(Driver('load', a, b, part, 'N'))
     intervals = _intervals(owners, [problem.experiments[k].observed[channel].time for k in owners], smooth)
-    return Location(stage or STAGE_OF[channel], channel, picked, tuple(found_drivers), intervals, size)
+    return Location(stage or STAGE_OF[channel], channel, picked, tuple(found_drivers), intervals, size, mean)
 
 
 def _phases(seen: Sequence[Drivers]) -> dict[str, Mask]:
@@ -134,10 +149,14 @@ def _narrowest(variable: Array, energy: Array, wanted: float) -> tuple[float, fl
     return float(edges[0]), float(edges[-1]), 1.0
 
 
-def _typical(misfit: Array) -> float:
-    """Its mean where it keeps its sign, else its root mean square."""
-    mean, rms = float(np.mean(misfit)), float(np.sqrt(np.mean(misfit**2)))
-    return mean if abs(mean) > 0.5 * rms else rms
+def _typical(missed: Sequence[Array], noise: Noise) -> tuple[float, float | None]:
+    """The root mean square of what is missed in each recording; and its mean, where that is half as large at least and
+    has the same sign in each, beyond what noise gives; else None."""
+    parts = [part for part in missed if part.size]
+    together = np.concatenate(parts)
+    size, mean = float(np.sqrt(np.mean(together**2))), float(np.mean(together))
+    sure = [np.sign(mean) * float(np.mean(part)) > _SURE * slow_size(noise) / np.sqrt(part.size) for part in parts]
+    return size, mean if abs(mean) >= _MOSTLY * size and all(sure) else None
 
 
 def _intervals(

@@ -20,7 +20,7 @@ def unexplained(selection: Selection) -> Unexplained | None:
     after = selection.structure_after
     had, has = selection.calibrated.mean_square, selection.final.mean_square
     sensors = all(EFFECTS[c.effect].stage == 'sensor' for c in selection.chosen)
-    left: dict[str, float] = {}
+    left: dict[str, tuple[float, float]] = {}
     for name, s in after.items():
         missed = has[name] - s.noise.sigma**2
         # Beyond the noise it is real even where no regularity predicts it; far beyond, even where none is found.
@@ -28,12 +28,12 @@ def unexplained(selection: Selection) -> Unexplained | None:
         if (s.significant and (s.confirmed or beyond > _BEYOND)) or beyond > _FAR_BEYOND:
             share = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
             if share >= (_STILL_PLAIN if sensors or beyond > _PLAIN else _STILL):
-                left[name] = share
+                left[name] = beyond, share
     channel = max(left, key=lambda name: left[name], default=None)
     if channel is None:
         together = wandering(selection)
         return together if together is not None and together.share >= _STILL else None
-    share = left[channel]
+    share = left[channel][1]
     place = locate(selection.final, after, channel)
     driver = place.drivers[0]
     recording, start, end = place.intervals[0]

@@ -25,7 +25,7 @@ from tcp_muscle_ros.diagnosis.search.company import (
     revise,
     stands_apart,
 )
-from tcp_muscle_ros.diagnosis.search.holdout import Gain, HeldOut, confirmation, held_out, stretches
+from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
 from tcp_muscle_ros.diagnosis.search.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.muscle import EFFECTS
@@ -65,7 +65,8 @@ class Selection:
     """The outcome: the calibrated model, the selected one, and how both do on unseen data.
 
     ``other_conditions``: these are whole recordings, not stretches of those that were fitted. ``leapt``: the calibrated
-    model with changes for good that have no name. ``first``: how the first effect was picked.
+    model with changes for good that have no name. ``first``: how the first effect was picked. ``kept_back``: the
+    unseen data.
     """
 
     calibrated: Fit
@@ -78,6 +79,7 @@ class Selection:
     first: Picked
     other_conditions: bool = True
     leapt: Fit | None = None
+    kept_back: tuple[Fold, ...] = ()
 
     @property
     def told(self) -> 'Selection':
@@ -229,6 +231,7 @@ def _beside(
         found_structure,
         first or NOTHING,
         kept_back[0].whole is not None,
+        kept_back=kept_back,
     )
 
 

@@ -1,0 +1,89 @@
+"""What is said to be gained: each finding's own improvement, errors of single samples, how sure an effect is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.made import NOMINAL, TRUE, experiment
+
+from tcp_muscle_ros.diagnosis.answer.findings import Finding, Value
+from tcp_muscle_ros.diagnosis.answer.improvement import certainty, of_samples, own_improvement
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.observation.blocks import averaged
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
+from tcp_muscle_ros.diagnosis.search.holdout import Gain, held_out, stretches
+from tcp_muscle_ros.diagnosis.search.picking import NOTHING
+from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+from tcp_muscle_ros.muscle import SPECIFICATIONS
+from tcp_muscle_ros.recording.recording import Channel
+
+EFFECTS = {'creep': {'creep.J': 0.4}, 'natural_convection': {'natural_convection.n': 0.35}}
+
+
+@pytest.fixture(scope='module')
+def selection():
+    """Both effects of a muscle, fitted; what a search would have ended with."""
+    muscle = TRUE.with_effects(*EFFECTS).replace({k: v for found in EFFECTS.values() for k, v in found.items()})
+    runs = [experiment(('temperature', 'displacement'), load=0.8, muscle=muscle)]
+    bare = calibrate(runs, NOMINAL, rounds=1).fit
+    problem = bare.problem
+    for effect, values in EFFECTS.items():
+        usual = {row: SPECIFICATIONS[row].value for row in SPECIFICATIONS if row.startswith(f'{effect}.')}
+        problem = with_effect(problem, Candidate(effect, {**usual, **values}, 0.0, 0.0))
+    final = fit(problem, np.concatenate([bare.z, problem.start()[bare.z.size :]]), rounds=15)
+    kept_back = stretches(problem)[:2]
+    chosen = tuple(Chosen(effect, 100.0, Gain(0.0, 0.0, 0.0, 0.0, 0), 1.0, ()) for effect in EFFECTS)
+    before, after = held_out(bare, kept_back), held_out(final, kept_back)
+    return Selection(bare, final, chosen, before, after, {}, {}, NOTHING, kept_back=kept_back)
+
+
+def test_each_finding_has_its_own_improvement_in_the_channels_that_it_changes(selection):
+    creep, convection = (own_improvement(selection, effect) for effect in EFFECTS)
+    assert set(creep) == {'displacement'}, 'creep changes no temperature'
+    assert set(convection) == {'temperature', 'displacement'}
+    assert creep['displacement'].before != convection['displacement'].before
+    for change in (*creep.values(), *convection.values()):
+        assert change.after < 0.9 * change.before
+    after = selection.after.rmse()
+    assert convection['temperature'].after == pytest.approx(after['temperature']), 'with all findings, for each of them'
+
+
+def test_errors_are_of_single_samples_where_samples_were_averaged():
+    rng = np.random.default_rng(3)
+    time = np.arange(6000) / 10.0
+    slow = 40.0 * np.sin(time / 30.0)
+    noisy = Channel('temperature', time, slow + rng.normal(0.0, 0.25, time.size), 'temperature')
+    current = Channel('current', time[:1], np.array([0.2]), 'current')
+    blocks = averaged(noisy, current, 0.5, 1000, 0.0)
+    assert blocks.count.max() == 6
+    error = np.sqrt(np.mean((blocks.value - np.interp(blocks.time, time, slow)) ** 2))
+    assert error == pytest.approx(0.25 / np.sqrt(6.0), rel=0.1)
+
+    made = experiment(('temperature',))
+    fitted = calibrate([made], NOMINAL, rounds=1).fit
+    problem = replace(fitted.problem, experiments=(replace(made, observed={'temperature': blocks}),))
+    assert of_samples(replace(fitted, problem=problem), {'temperature': error})['temperature'] == pytest.approx(
+        0.25, rel=0.05
+    )
+    assert of_samples(fitted, {'temperature': 0.3}) == {'temperature': 0.3}, 'nothing was averaged'
+
+
+@pytest.mark.parametrize(
+    ('effect', 'values', 'least', 'most', 'nothing'),
+    [
+        ('heat_capacity', {'c': Value(0.0026, -0.0004, 0.0056, '1')}, 0.5, 0.794, True),
+        ('heat_capacity', {'c': Value(0.0, -0.003, 0.003, '1')}, 0.5, 0.5, True),
+        ('heat_capacity', {'c': Value(0.3, 0.28, 0.32, '1')}, 0.999, 1.0, False),
+        ('thermocouple_gain', {'g': Value(0.99, 0.97, 1.01, '1')}, 0.5, 0.794, True),
+        ('creep', {'creep.J': Value(0.1, 0.05, 0.15, '1'), 'creep.aT': Value(0.0, 0.0, 0.1, '1')}, 0.99, 1.0, False),
+        ('airflow', {'g [1]': Value(0.01, -0.1, 0.1, '1'), 'g [2]': Value(0.5, 0.4, 0.6, '1')}, 0.99, 1.0, False),
+        ('current_gain', {'g': Value(1.0, 0.99, 1.01, '1'), 'z': Value(0.02, 0.018, 0.022, 'A')}, 0.99, 1.0, False),
+    ],
+)  # fmt: skip
+def test_nothing_is_sure_whose_interval_contains_no_effect(effect, values, least, most, nothing):
+    assert least <= certainty(effect, values) <= most
+    found = Finding(effect, 'thermal', '', '', values, 1.0, (), {}, 9.0)
+    assert found.may_be_nothing is nothing
+    assert found.singled_out is not nothing
+    assert not replace(found, indistinguishable_from=('slack',)).singled_out

@@ -1,0 +1,87 @@
+"""The sentences of a report state numbers, and these are so."""
+
+import numpy as np
+import pytest
+from diagnosis.made import TRUE, experiment
+
+from tcp_muscle_ros.diagnosis.answer.conclusions import would_help
+from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, Value
+from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, headline
+from tcp_muscle_ros.diagnosis.fitting.generic import Structure
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
+from tcp_muscle_ros.diagnosis.search.location import locate
+
+FINDING = Finding('creep', 'mechanical', '', '', {'creep.J': Value(0.3, 0.2, 0.4, '1')}, 0.9, (), {}, 100.0)
+
+
+def located(*shifts):
+    """Where temperatures that are off by these (K), one a recording, are located; and what is missed there."""
+    runs = [experiment(('temperature',), seed=k, muscle=TRUE) for k in range(len(shifts))]
+    for run, shift in zip(runs, shifts, strict=True):
+        run.observed['temperature'].value[:] += shift
+    fitted = fit(Problem(tuple(runs), TRUE, (), quick_noise(runs)), np.zeros(0), rounds=0)
+    smooth = [np.full_like(run.observed['temperature'].time, shift) for run, shift in zip(runs, shifts, strict=True)]
+    structure = Structure(Noise(0.2), 1.0, 100.0, 1, tuple(smooth), True)
+    return locate(fitted, {'temperature': structure}, 'temperature')
+
+
+def told(location, **more):
+    fits = {'temperature': ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.6, 0.2))}
+    return headline('missing_physics', [FINDING], location, {**fits, **more}, None)
+
+
+def test_above_and_below_are_said_of_a_mean_that_has_a_sign():
+    for shift, side in ((0.5, 'above'), (-0.5, 'below')):
+        place = located(shift, 0.6 * shift)
+        assert place.mean == pytest.approx(0.8 * shift, abs=0.03)
+        said = f'the recorded temperature is on average {abs(place.mean):.2g} K {side} the simulation'
+        assert said in told(place)
+
+
+def test_one_recording_above_and_another_below_is_neither():
+    """As the demonstration had it: 0.02 above and 0.05 below, and a root mean square was said to be above."""
+    place = located(0.2, -0.5)
+    assert place.mean is None
+    assert place.size == pytest.approx(np.sqrt((0.2**2 + 0.5**2) / 2.0 + 0.2**2), rel=0.05)
+    assert 'above' not in told(place) and 'below' not in told(place)
+    assert 'the recorded temperature differs from the simulation by 0.4' in told(place)
+
+
+def test_noise_has_no_sign():
+    assert located(0.004).mean is None
+
+
+def test_what_all_findings_do_is_said_where_they_do_it():
+    place = located(0.5)
+    assert told(place).endswith('with it the error on unseen data falls from 0.6 K to 0.2 K (noise 0.1 K).')
+    worse = ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.2, 0.6))
+    assert 'falls' not in told(place, temperature=worse)
+    assert 'falls' not in told(place, temperature=ChannelFit(1.0, 0.5, 0.1, 0.1))
+
+
+def test_recalibration_is_praised_for_what_it_does():
+    better = {
+        'temperature': ChannelFit(2.0, 1.0, 1.0, 0.2),
+        'displacement': ChannelFit(8e-4, 1e-4, 1e-4, 5e-5),
+    }
+    said = headline('wrong_parameters', [], None, better, None)
+    assert said.endswith('recalibrated, the error of the stroke falls from 0.8 mm to 0.1 mm (noise 0.05 mm).')
+    worse = headline('wrong_parameters', [], None, {'temperature': ChannelFit(1.0, 1.1, 1.1, 1.0)}, None)
+    assert 'falls' not in worse and 'agrees' not in worse
+
+
+def test_a_strength_that_may_be_nothing_is_said_to_be():
+    said = finding_sentence('heat_capacity', {'c': Value(0.0026, -0.0004, 0.0056, '1')}, ())
+    assert said.endswith('Its interval includes no effect at all.')
+    assert 'no effect' not in finding_sentence('heat_capacity', {'c': Value(0.3, 0.2, 0.4, '1')}, ())
+
+
+def test_where_no_experiment_decides_it_is_said_what_would_help():
+    runs = [experiment(('displacement',))]
+    doubtful = Finding(**{**vars(FINDING), 'indistinguishable_from': ('viscous_flow',)})
+    said = would_help([doubtful], None, runs)
+    assert 'a thermometer on the muscle' in said[0]
+    assert any('second load' in one for one in said)
+    assert would_help([FINDING], None, runs) == (), 'nothing is undecided'
