@@ -15,8 +15,8 @@ from rclpy.node import Node
 from rclpy.serialization import serialize_message
 from side_by_side import Contender, in_turns, show
 
-from tcp_muscle_ros.nodes.safe_muscle import STATE_QOS
 from tcp_muscle_ros.nodes.sim_node import SimNode
+from tcp_muscle_ros.nodes.topics import STATE_QOS
 
 TICKS = 500
 PERIOD = 0.001  # s

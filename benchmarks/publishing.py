@@ -27,8 +27,8 @@ from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.nodes.lifetime import run
-from tcp_muscle_ros.nodes.safe_muscle import STATE_QOS
 from tcp_muscle_ros.nodes.sim_node import SimNode
+from tcp_muscle_ros.nodes.topics import STATE_QOS
 
 TOPICS = {
     **dict.fromkeys(('current', 'voltage', 'resistance', 'displacement', 'force'), Float64),

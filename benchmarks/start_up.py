@@ -23,7 +23,7 @@ from rclpy.node import Node
 from side_by_side import show
 from std_msgs.msg import Float64
 
-from tcp_muscle_ros.nodes.safe_muscle import STATE_QOS
+from tcp_muscle_ros.nodes.topics import STATE_QOS
 
 SIM = [sys.executable, '-m', 'tcp_muscle_ros.nodes.sim_node', '--ros-args', '--log-level', 'error']
 DOMAIN = '93'

@@ -10,7 +10,7 @@ from tcp_muscle_ros.control.antagonist import Antagonist, Side
 from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import Settings
-from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS
 from tcp_muscle_ros.settings.operating import JOINT
 
 
@@ -44,7 +44,9 @@ class ControlledJoint:
         # What is still to be compiled is compiled before the first tick.
         self._control.update(0.0, 0.0, 0.0, (0.0, 0.0), (agonist.ambient, antagonist.ambient))
         self._control.reset()
-        node.listen(Float64, f'{name}/angle', self._take_angle, STATE_QOS)
+        for muscle in self._pair:
+            muscle.feedback_topic = node.resolve_topic_name(f'{name}/angle')
+        node.listen(Float64, f'{name}/angle', self._take_angle, MEASUREMENT_QOS)
         node.listen(Float64, f'{name}/angle_setpoint', self.take_setpoint, COMMAND_QOS)
         node.listen(Float64, f'{name}/cocontraction_setpoint', self._take_cocontraction, COMMAND_QOS)
 

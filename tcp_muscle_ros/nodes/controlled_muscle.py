@@ -15,7 +15,8 @@ from tcp_muscle_ros.control.tracking import Command, TrackingController
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.home import ControlHome
 from tcp_muscle_ros.nodes.parameters import Settings
-from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS, SafeMuscle
+from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS
 
 # Steps of a sensor that is not said to have any: movement below five of them proves nothing.
 _FINE = {'displacement': 2e-5, 'resistance': 2e-3}  # m, ohm: 20 um of movement, or what it changes the resistance by
@@ -78,6 +79,7 @@ class ControlledMuscle(SafeMuscle):
         super().__init__(node, name, settings)
         self.on_joint = on_joint
         self._feedback: str = 'displacement' if on_joint else settings['feedback']
+        self.feedback_topic = node.resolve_topic_name(self.topic(self._feedback))
         self._setpoint: float | None = None  # m
         self._measured_anew = False
         self._ambient: float | None = None  # K
@@ -93,14 +95,14 @@ class ControlledMuscle(SafeMuscle):
         self._current_command = self.publisher('current_command', COMMAND_QOS)
         self._shaped = self.publisher('shaped_setpoint')
         if on_joint:
-            self.listen(Float64, 'force', self._take_force, STATE_QOS)
+            self.listen(Float64, 'force', self._take_force, MEASUREMENT_QOS)
         else:
             self.listen(Float64, 'displacement_setpoint', self.take_setpoint)
-            self.listen(Float64, self._feedback, self._take_feedback, STATE_QOS)
-            self.listen(Float64, 'load', self._take_load)
-        self.listen(Float64, 'current', self._take_current, STATE_QOS)
-        self.listen(Temperature, 'temperature', self._take_temperature, STATE_QOS)
-        self.listen(Temperature, 'ambient_temperature', self._take_ambient)
+            self.listen(Float64, self._feedback, self._take_feedback, MEASUREMENT_QOS)
+            self.listen(Float64, 'load', self._take_load, MEASUREMENT_QOS)
+        self.listen(Float64, 'current', self._take_current, MEASUREMENT_QOS)
+        self.listen(Temperature, 'temperature', self._take_temperature, MEASUREMENT_QOS)
+        self.listen(Temperature, 'ambient_temperature', self._take_ambient, MEASUREMENT_QOS)
 
     # Parameters
 
@@ -231,6 +233,10 @@ class ControlledMuscle(SafeMuscle):
 
     def _problem(self, now: float) -> str:
         """Why nothing may be built on the feedback; '' where it is alive."""
+        problem = self._lifeless(now)
+        return self.node.unmatched.get(self.feedback_topic, problem) if problem else ''
+
+    def _lifeless(self, now: float) -> str:
         if not self.on_joint:
             return self._watch.problem(now, self._expected_feedback())
         # Two muscles may warm and the angle stand still: that it does not move says nothing.

@@ -15,8 +15,8 @@ from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, make_contro
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import pair
-from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS
 from tcp_muscle_ros.nodes.safe_node import SafeNode
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS
 from tcp_muscle_ros.settings.operating import CONTROL
 
 

@@ -8,7 +8,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS
-from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, descriptor
+from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, descriptor, of_rclpy
 from tcp_muscle_ros.nodes.plan import Plan, naming, read_plan
 from tcp_muscle_ros.settings.operating import JOINTS, MUSCLES
 
@@ -48,6 +48,8 @@ def declare(node: Node, owner: str, check: Callable[[Settings], None], apply: Ca
     def changed(parameters: list[RosParameter]) -> dict[str, Settings]:
         new: dict[str, dict[str, object]] = {}
         for parameter in parameters:
+            if of_rclpy(parameter.name):
+                continue
             name, _, rest = parameter.name.partition('.') if plan.many else ('', '', parameter.name)
             new.setdefault(name, {})[rest] = parameter.value
         return {name: in_force[name].changed(values) for name, values in new.items() if name in in_force}

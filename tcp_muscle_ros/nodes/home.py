@@ -1,12 +1,13 @@
 """What muscles and joints ask of the node that they live in."""
 
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
-from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
 from tcp_muscle_ros.nodes.serialized import SerializedPublisher
+from tcp_muscle_ros.nodes.topics import Topics
 
 
 class Home(Protocol):
@@ -23,7 +24,15 @@ class Home(Protocol):
     def listen(self, kind: type, topic: str, take: Any, qos: QoSProfile) -> None:
         """Have the messages of a topic taken."""
 
-    def create_publisher(self, kind: type, topic: str, qos: QoSProfile) -> Publisher:
+    @property
+    def topics(self) -> Topics:
+        """What makes its publishers and subscriptions."""
+
+    @property
+    def unmatched(self) -> Mapping[str, str]:
+        """By topic, who there cannot be reached and why."""
+
+    def resolve_topic_name(self, topic: str) -> str:
         """rclpy's own."""
 
     def get_logger(self) -> Any:

@@ -16,10 +16,8 @@ from tcp_muscle_ros.control.safety import Kind, Limits, Report, Safety, State, c
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
-from tcp_muscle_ros.nodes.ticks import BACKLOG
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, STATE_QOS
 
-STATE_QOS = QoSProfile(depth=BACKLOG)  # reliable, keep last
-COMMAND_QOS = QoSProfile(depth=1)  # reliable, keep last: only the newest command counts
 _QUIET = (State.ENABLED, State.DISABLED)
 
 
@@ -77,7 +75,7 @@ class SafeMuscle:
 
     def publisher(self, name: str, qos: QoSProfile = STATE_QOS) -> NumberPublisher:
         """A publisher of one number."""
-        return NumberPublisher(self.node.create_publisher(Float64, self.topic(name), qos))
+        return NumberPublisher(self.node.topics.publisher(Float64, self.topic(name), qos))
 
     def listen(self, kind: type, name: str, take: Callable[[Any], None], qos: QoSProfile = COMMAND_QOS) -> None:
         """Have the messages of a topic taken."""
@@ -191,7 +189,7 @@ class SafeMuscle:
         return DiagnosticStatus(
             level=level,
             name=f'{node}/{self.name}' if self.name else node,
-            message=', '.join(filter(None, (report.state.value, report.why, *worries))),
+            message=', '.join(dict.fromkeys(filter(None, (report.state.value, report.why, *worries)))),
             hardware_id=self.settings['joint_name'],
             values=[KeyValue(key=key, value=value) for key, value in facts.items()],
         )

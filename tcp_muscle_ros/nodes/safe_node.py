@@ -20,8 +20,9 @@ from tcp_muscle_ros.control.safety import Report
 from tcp_muscle_ros.nodes.declaring import declare
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import Plan
-from tcp_muscle_ros.nodes.safe_muscle import STATE_QOS, SafeMuscle
+from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
 from tcp_muscle_ros.nodes.ticks import RosTime, SteadyTime, TickLoop, TimeBase
+from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
 
 M = TypeVar('M', bound=SafeMuscle)
 
@@ -57,6 +58,8 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         self.lock = threading.RLock()
         self._polled = _Polled()
         self._polls: list[tuple[Callable[..., Any], type, Callable[[Any], None]]] = []
+        self.topics = Topics(self)
+        self.unmatched: dict[str, str] = {}  # by topic, who there cannot be reached and why; looked at once a second
         self.plan: Plan = declare(self, name, self.check, self._set)
         self.common = next(iter(self.plan.muscles.values()))  # any muscle's values: for those that are the node's
         self.rate = float(self.common['rate_hz'])
@@ -72,7 +75,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         self._missed, self._jumps = 0, 0
         self._clock_then = -1
         self._started = time.monotonic()
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', STATE_QOS)
+        self._diagnostics = self.topics.publisher(DiagnosticArray, '/diagnostics', STATE_QOS)
         self._change = self.create_guard_condition(self._tell_changes)
         # On the steady clock: it must also speak while /clock is silent.
         self.create_timer(1.0, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -117,6 +120,8 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
 
     def start(self, on_failure: Callable[[], None]) -> None:
         """Begin to tick."""
+        for sentence in self.topics.unused_overrides():
+            self.get_logger().warning(sentence)
         self.loop = TickLoop(
             self.time_base, self.rate, self._tick, longest_step=self.common.longest_step, on_failure=on_failure
         )
@@ -139,10 +144,10 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
     def listen(self, kind: type, topic: str, take: Callable[[Any], None], qos: QoSProfile) -> None:
         """Have the messages of a topic taken: as they come, or with several muscles at the next tick."""
         if self.plan.many:
-            subscription = self.create_subscription(kind, topic, take, qos, callback_group=self._polled)
+            subscription = self.topics.subscription(kind, topic, take, qos, self._polled)
             self._polls.append((subscription.handle.take_message, kind, take))
         else:
-            self.create_subscription(kind, topic, take, qos)
+            self.topics.subscription(kind, topic, take, qos)
 
     def _tick(self, stamp: int, dt: float, publish: bool) -> None:
         with self.lock:
@@ -243,11 +248,21 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         self._publish_diagnostics(reports)
         self._jumps = jumps
         self._missed = 0 if self.loop is None else self.loop.missed
+        self._look_for_unmatched()  # last: the ticks until the next look take it into what they say
+
+    def _look_for_unmatched(self) -> None:
+        unmatched = self.topics.mismatches()
+        for topic, sentence in unmatched.items():
+            if self.unmatched.get(topic) != sentence:
+                self.get_logger().warning(sentence)
+        self.unmatched = unmatched
 
     def _publish_diagnostics(self, reports: Iterable[tuple[M, Report]]) -> None:
         loop = self.loop
         missed = 0 if loop is None else loop.missed
-        worries = ['more than 1 % of the ticks missed'] if missed - self._missed > 0.01 * self.rate else []
+        worries = list(self.unmatched.values())
+        if missed - self._missed > 0.01 * self.rate:
+            worries.append('more than 1 % of the ticks missed')
         facts = {
             'ticks': str(0 if loop is None else loop.ticks),
             'missed_ticks': str(missed),

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64
 
-from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, STATE_QOS
 
 Value = float | int | bool | str
 _PATIENCE = 180.0  # s; the first start of a new version compiles the model

@@ -8,9 +8,9 @@ from tcp_muscle_ros.muscle import Joint, Link
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import naming
-from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, STATE_QOS
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.sim_muscle import SimMuscle
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, STATE_QOS
 from tcp_muscle_ros.settings.operating import JOINT
 
 
@@ -30,7 +30,7 @@ class SimJoint:
         )
         with naming(name):
             self.joint = Joint(link, agonist.muscle, antagonist.muscle, settings['torque_n_m'])
-        self._angle = NumberPublisher(node.create_publisher(Float64, f'{name}/angle', STATE_QOS))
+        self._angle = NumberPublisher(node.topics.publisher(Float64, f'{name}/angle', STATE_QOS))
         node.listen(Float64, f'{name}/external_torque', self._take_torque, COMMAND_QOS)
 
     def _take_torque(self, message: Float64) -> None:

@@ -15,6 +15,7 @@ from tcp_muscle_ros.muscle.sensors import Noise, Sensor
 from tcp_muscle_ros.nodes.home import SimHome
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
+from tcp_muscle_ros.nodes.topics import MEASUREMENT_QOS
 
 _CHANNELS = {'temperature': 'k', 'resistance': 'ohm', 'displacement': 'm', 'force': 'n'}
 
@@ -80,8 +81,8 @@ class SimMuscle(SafeMuscle):
         self._apply_sensors()
         for kind in Kind:
             self.listen(Float64, f'{kind.name.lower()}_command', self._commander(kind))
-        self.listen(Float64, 'load', self._take_load)
-        self.listen(Temperature, 'ambient_temperature', self._take_ambient)
+        self.listen(Float64, 'load', self._take_load, MEASUREMENT_QOS)
+        self.listen(Temperature, 'ambient_temperature', self._take_ambient, MEASUREMENT_QOS)
 
     # Parameters
 

@@ -18,12 +18,12 @@ from tcp_muscle_ros.muscle import Muscles
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import pair
-from tcp_muscle_ros.nodes.safe_muscle import STATE_QOS
 from tcp_muscle_ros.nodes.safe_node import SafeNode
 from tcp_muscle_ros.nodes.serialized import SerializedPublisher
 from tcp_muscle_ros.nodes.sim_joint import SimJoint
 from tcp_muscle_ros.nodes.sim_muscle import SimMuscle, joint_states, make_muscle
 from tcp_muscle_ros.nodes.ticks import SECOND, ScaledTime, TimeBase
+from tcp_muscle_ros.nodes.topics import STATE_QOS
 from tcp_muscle_ros.settings.operating import SIM
 
 _CLOCK_QOS = QoSProfile(depth=1)
@@ -79,7 +79,7 @@ class SimNode(SafeNode[SimMuscle]):
         self, topic: str, message: Any, *fields: str, qos: QoSProfile = STATE_QOS
     ) -> tuple[SerializedPublisher, list[memoryview[float]]]:
         """A topic whose message has the stamp of the tick, and where its fields are."""
-        serialized = SerializedPublisher(self.create_publisher(type(message), topic, qos), message)
+        serialized = SerializedPublisher(self.topics.publisher(type(message), topic, qos), message)
         self._stamps.append(serialized.stamp())
         return serialized, [serialized.numbers(field) for field in fields]
 

@@ -134,6 +134,8 @@ FILES = {
         ('sim_node', ['-p', 'max_temperature_c:=80.0'], 'derating must begin below the maximum temperature'),
         ('sim_node', ['-p', 'end:=spring'], 'spring_rate = 0.0 N/m'),
         ('sim_node', ['-p', 'real_time_factor:=2.0', '-p', 'use_sim_time:=true'], 'cannot publish /clock and follow'),
+        ('sim_node', ['-p', 'qos_overrides./load.subscription.reliability:=relible'], "did you mean 'reliable'?"),
+        ('sim_node', ['-p', 'qos_overrides./load.subscription.depth:=0'], 'expected a whole number, 1 to 100000'),
         ('sim_node', ['-r', '__ns:=/1muscle'], 'sim_node: '),
         ('sim_node', ['--parameters', 'x.yaml'], 'sim_node: '),
     ],

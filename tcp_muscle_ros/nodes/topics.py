@@ -1,0 +1,152 @@
+"""How a node's topics are offered and heard: the quality of service of each, and who does not match it.
+
+A measurement is heard best effort, so that a driver may offer it either way. A command must arrive, and only the newest
+counts. What ``qos_overrides`` in a parameter file says of a topic comes before both.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from copy import copy
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSCompatibility, QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_check_compatible
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.nodes.ticks import BACKLOG
+from tcp_muscle_ros.settings.operating import shown
+
+MEASUREMENT_QOS = QoSProfile(depth=BACKLOG, reliability=ReliabilityPolicy.BEST_EFFORT)  # in
+COMMAND_QOS = QoSProfile(depth=1)  # in and out: reliable, keep last; only the newest command counts
+STATE_QOS = QoSProfile(depth=BACKLOG)  # out: reliable, keep last
+OVERRIDES = 'qos_overrides.'
+_DEEPEST = 100_000  # messages; a queue that is deeper is a mistake
+_POLICIES = {
+    QoSPolicyKind.RELIABILITY: ('reliable', 'best_effort', 'system_default'),
+    QoSPolicyKind.HISTORY: ('keep_last', 'keep_all', 'system_default'),
+    QoSPolicyKind.DEPTH: (),
+}
+_CHOICES = {kind.name.lower(): choices for kind, choices in _POLICIES.items()}
+
+
+class Topics:
+    """Makes the publishers and subscriptions of a node, and knows whom they cannot reach.
+
+    Overrides are named as in every ROS 2 node: ``qos_overrides.<topic>.<publisher or subscription>.<policy>``, with
+    ``reliability``, ``history`` or ``depth`` as the policy.
+
+    Raises:
+        BadInput: an override whose value its policy does not have.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        given: Mapping[str, Any] = node._parameter_overrides  # rclpy has no public way to list the undeclared
+        self._overrides = [name for name in given if name.startswith(OVERRIDES)]
+        for name in self._overrides:
+            _check(name, given[name].value)
+        self._known: list[str] = []
+        self._publishers: list[Publisher] = []
+        self._subscriptions: list[Subscription] = []
+
+    def publisher(self, kind: type, topic: str, qos: QoSProfile) -> Publisher:
+        """A publisher."""
+        made = self._node.create_publisher(
+            kind,
+            topic,
+            copy(qos),
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
+            qos_overriding_options=self._overriding(topic, 'publisher'),
+        )
+        self._publishers.append(made)
+        return made
+
+    def subscription(
+        self, kind: type, topic: str, take: Callable[[Any], None], qos: QoSProfile, group: CallbackGroup | None = None
+    ) -> Subscription:
+        """A subscription."""
+        made = self._node.create_subscription(
+            kind,
+            topic,
+            take,
+            copy(qos),
+            callback_group=group,
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+            qos_overriding_options=self._overriding(topic, 'subscription'),
+        )
+        self._subscriptions.append(made)
+        return made
+
+    def unused_overrides(self) -> list[str]:
+        """What to say of overrides that fit no topic here, when all topics are made. One file may serve both nodes."""
+        return [
+            f"parameter '{name}' fits no topic of this node{nearest(name, self._known)}"
+            for name in self._overrides
+            if name not in self._known
+        ]
+
+    def mismatches(self) -> dict[str, str]:
+        """By topic, who there is not heard or does not hear, and why: ``incompatible QoS ...``. Asks the graph."""
+        found: dict[str, str] = {}
+        node = self._node
+        for one in self._subscriptions:
+            topic, mine = one.topic_name, one.qos_profile
+            # Two counts tell whether anybody is left out; who it is takes a walk through the graph.
+            if node.count_publishers(topic) > one.get_publisher_count():
+                others = node.get_publishers_info_by_topic(topic)
+                _note(found, topic, one.msg_type, [(other, other.qos_profile, mine) for other in others])
+        for one in self._publishers:
+            topic, mine = one.topic_name, one.qos_profile
+            if node.count_subscribers(topic) > one.get_subscription_count():
+                others = node.get_subscriptions_info_by_topic(topic)
+                _note(found, topic, one.msg_type, [(other, mine, other.qos_profile) for other in others])
+        return found
+
+    def _overriding(self, topic: str, end: str) -> QoSOverridingOptions:
+        """The policies that are overridden; declared as parameters only then, so that the list of them stays short."""
+        prefix = f'{OVERRIDES}{self._node.resolve_topic_name(topic)}.{end}.'
+        kinds = []
+        for kind in _POLICIES:
+            name = prefix + kind.name.lower()
+            self._known.append(name)
+            if name in self._overrides:
+                kinds.append(kind)
+        return QoSOverridingOptions(kinds)
+
+
+def _check(name: str, value: object) -> None:
+    policy = name.rpartition('.')[2]
+    if policy not in _CHOICES:
+        return  # of a topic of rclpy's own, or said of later
+    choices = _CHOICES[policy]
+    if choices and value not in choices:
+        raise BadInput(f"parameter '{name}' is {shown(value)}{nearest(str(value), choices)}")
+    if not choices and not (isinstance(value, int) and not isinstance(value, bool) and 0 < value <= _DEEPEST):
+        raise BadInput(f"parameter '{name}' is {shown(value)}; expected a whole number, 1 to {_DEEPEST}")
+
+
+def _note(
+    found: dict[str, str], topic: str, kind: Any, pairs: Iterable[tuple[TopicEndpointInfo, QoSProfile, QoSProfile]]
+) -> None:
+    """Add the first of the others, with the publisher's and the subscriber's QoS, that does not match."""
+    package, _, name = kind.__module__.rpartition('.')[0].partition('.')
+    own_type = f'{package}/{name}/{kind.__name__}'
+    for other, offered, asked in pairs:
+        there = f'{topic} with {_who(other)}'
+        compatible, why = qos_check_compatible(offered, asked)
+        if compatible == QoSCompatibility.ERROR:
+            found[topic] = f'incompatible QoS on {there}: {why.removeprefix("ERROR: ").rstrip("; ").lower()}'
+            return
+        if other.topic_type != own_type:
+            found[topic] = f'incompatible type on {there}: {other.topic_type}, expected {own_type}'
+            return
+
+
+def _who(other: TopicEndpointInfo) -> str:
+    name = f'{other.node_namespace.rstrip("/")}/{other.node_name}'
+    return 'an unknown node' if 'UNKNOWN' in name else name
