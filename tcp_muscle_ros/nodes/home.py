@@ -1,5 +1,7 @@
 """What muscles and joints ask of the node that they live in."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from typing import Any, Protocol
