@@ -57,6 +57,7 @@ setup(
         'ros': pinned('ros.txt'),
         'bench': pinned('bench.txt'),
         'cluster': ['distributed>=2024.1'],
+        'labs': ['pandas>=2.1', 'openpyxl>=3.1', 'pyarrow>=15.0'],
         'mujoco': ['mujoco>=3.2; python_version >= "3.11"'],
         'test': ['pytest', 'hypothesis', 'psutil', 'jsonschema'],
     },

@@ -22,7 +22,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, 
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.recording.csv_import import csv_files, import_runs
+from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
 from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.report.marked import replace_marked
 from tcp_muscle_ros.report.style import CHANNEL_AXIS, PREDICTED, RECORDED, canvas, save, shown
@@ -60,7 +60,7 @@ def experiments(data: Path, most: int | None = None) -> dict[str, Experiment]:
     found = {}
     for rig in ('bench', 'video'):
         import_map = read_import_map(ROOT / 'config' / f'import_tca_{rig}_rig.yaml')
-        for run in import_runs(import_map, csv_files([data / f'tca_{rig}_rig'])):
+        for run in import_runs(import_map, lab_files([data / f'tca_{rig}_rig'])):
             found[run.name] = prepare(run.recording, NOMINAL, most=most)
     return found
 

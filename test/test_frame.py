@@ -47,7 +47,7 @@ PYTHON_DEPENDENCIES = {
     'python3-mcap-pip': [('mcap', 'mcap'), ('lz4', 'lz4'), ('zstandard', 'zstandard')],
 }
 # Extras that code imports only where they are asked for.
-OPTIONAL_DEPENDENCIES = {'cluster': {'distributed'}, 'mujoco': {'mujoco'}}
+OPTIONAL_DEPENDENCIES = {'cluster': {'distributed'}, 'labs': {'openpyxl', 'pandas', 'pyarrow'}, 'mujoco': {'mujoco'}}
 TEST_DEPENDENCIES = {
     'python3-pytest': 'pytest',
     'python3-hypothesis': 'hypothesis',

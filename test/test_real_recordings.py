@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.answer.replaying import replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.recording.csv_import import csv_files, import_runs
+from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
 from tcp_muscle_ros.recording.import_map import read_import_map
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -25,7 +25,7 @@ def runs():
     found = {}
     for rig in ('bench', 'video'):
         import_map = read_import_map(ROOT / 'config' / f'import_tca_{rig}_rig.yaml')
-        for run in import_runs(import_map, csv_files([DATA / f'tca_{rig}_rig'])):
+        for run in import_runs(import_map, lab_files([DATA / f'tca_{rig}_rig'])):
             found[run.name] = run.recording
     return found
 

@@ -1,41 +1,74 @@
-"""``tcp_muscle import FILE... --map MAP.yaml --output DIR``: a lab's CSV to bags, one per run of the map."""
+"""``tcp_muscle import FILE... [--map MAP.yaml] [--output DIR]``: a lab's files to bags, one per run.
+
+Without a map the files are looked at, what was understood is shown, and the map that says so is written beside the
+bags.
+"""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.files.outputs import add_force_argument
+
+if TYPE_CHECKING:
+    from tcp_muscle_ros.recording.csv_import import Imported
+    from tcp_muscle_ros.recording.lab.draft import DraftRun
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``import``."""
-    parser.add_argument('files', nargs='+', metavar='FILE', help='CSV files, or directories of CSV files')
-    parser.add_argument('--map', required=True, metavar='MAP.yaml', help='the import map: what the files hold')
-    parser.add_argument('--output', required=True, metavar='DIR', help='a new directory for the bags')
+    parser.add_argument('files', nargs='+', metavar='FILE', help='CSV, text, .xlsx, .mat, .parquet, or directories')
+    parser.add_argument('--map', metavar='MAP.yaml', help='what the files hold (without: it is told from them)')
+    parser.add_argument('--output', metavar='DIR', help='a new directory for the bags (the name of the first file)')
     add_force_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Import all runs; nothing is written unless all of them can be read."""
-    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_folder
+    from tcp_muscle_ros.files.outputs import IMPORT_MAP, in_place_of, refuse_among, writable_folder
     from tcp_muscle_ros.recording.bag_writer import write_recording
-    from tcp_muscle_ros.recording.csv_import import csv_files, import_runs, unclaimed
+    from tcp_muscle_ros.recording.csv_import import import_runs, lab_files, unclaimed
     from tcp_muscle_ros.recording.import_map import read_import_map
+    from tcp_muscle_ros.recording.lab.draft_map import map_text
+    from tcp_muscle_ros.recording.lab.guess import guess
 
-    refuse_among(args.output, [*args.files, args.map])
-    output = writable_folder(args.output, force=args.force)
-    import_map = read_import_map(args.map)
-    files = csv_files(args.files)
-    runs = list(import_runs(import_map, files))
+    files = lab_files(args.files)
+    refuse_among(args.output or files[0].stem, [*args.files, *([args.map] if args.map else [])])
+    output = writable_folder(args.output or files[0].stem, force=args.force)
     with in_place_of(output) as draft:
-        for run in runs:
-            write_recording(draft / run.name, run.recording)
-    for run in runs:
-        channels = ', '.join(run.recording.channels)
-        print(f'{output / run.name}: {run.recording.duration:.1f} s of {channels}')
-        for note in run.recording.notes:
+        drafts: dict[Path, Sequence[DraftRun]] = {}
+        if args.map is None:
+            drafts = {file: guess(file) for file in files}
+            draft.mkdir(parents=True, exist_ok=True)
+            (draft / IMPORT_MAP).write_text(map_text(drafts, output / IMPORT_MAP), encoding='utf-8')
+        import_map = read_import_map(args.map or draft / IMPORT_MAP)
+        runs = list(import_runs(import_map, files))
+        for each in runs:
+            write_recording(draft / each.name, each.recording)
+    _say_understood(drafts, runs)
+    for each in runs:
+        channels = ', '.join(each.recording.channels)
+        print(f'{output / each.name}: {each.recording.duration:.1f} s of {channels}')
+        for note in each.recording.notes:
             print(f'  note: {note}')
     for file in unclaimed(import_map, files):
         print(f'note: {file} is no run of {args.map} and was left out')
     print(f'{len(runs)} run(s) imported to {output}')
+    if drafts:
+        told = ' '.join(map(str, args.files))
+        print(
+            f'If that is wrong, change {output / IMPORT_MAP} and: tcp_muscle import {told} --map ... --output NEW_DIR'
+        )
     return 0
+
+
+def _say_understood(drafts: dict[Path, Sequence[DraftRun]], runs: list[Imported]) -> None:
+    """What was understood of each file: how it is written, its columns, its first rows."""
+    from tcp_muscle_ros.report.import_summary import understood
+
+    by_name = {each.name: each.recording for each in runs}
+    for file, found in drafts.items():
+        print(understood(file, found, by_name[found[0].name]))

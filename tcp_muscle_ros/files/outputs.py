@@ -17,6 +17,7 @@ from tcp_muscle_ros.errors import BadInput
 
 _HOLDER = '.unfinished-'  # begins the name of the folder beside an output in which it is made
 _OF_A_BAG = ('.mcap', '.db3', '.zstd')
+IMPORT_MAP = 'import_map.yaml'  # that `tcp_muscle import` writes beside the bags of a file that it had no map for
 _REPORT, _SCHEMA = 'report.json', 'tcp_muscle_ros/'
 
 
@@ -53,7 +54,7 @@ def _is_ours(path: Path) -> bool:
         with suppress(OSError, ValueError, AttributeError):
             return str(json.loads((path / _REPORT).read_text('utf-8')).get('schema')).startswith(_SCHEMA)
         return False
-    return _is_bag(path) or all(_is_bag(path / name) for name in names)
+    return _is_bag(path) or all(_is_bag(path / name) for name in names if name != IMPORT_MAP)
 
 
 def _is_bag(path: Path) -> bool:

@@ -1,14 +1,30 @@
-"""A lab's CSV files as recordings, as an import map says."""
+"""A lab's files as recordings, as an import map says."""
 
-import csv
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.recording.import_map import ColumnSource, ConstantSource, ImportMap, Run, ScheduleSource, Source
+from tcp_muscle_ros.recording.import_map import (
+    CLOCK,
+    ColumnSource,
+    ConstantSource,
+    ImportMap,
+    Run,
+    ScheduleSource,
+    Source,
+    StampSource,
+    TimeSource,
+)
+from tcp_muscle_ros.recording.lab.binary_file import KINDS
+from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, clock, day, is_value, number, stamp
+from tcp_muscle_ros.recording.lab.grid import Layout, joined_headings
+from tcp_muscle_ros.recording.lab.reading import grid_of
+from tcp_muscle_ros.recording.lab.timing import past_midnight, unwrapped
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -16,6 +32,7 @@ from tcp_muscle_ros.recording.units import UNITS
 # stamp" in ROS, and not today, so that the same file always gives the same bag.
 START_NS = 1_000_000_000 * 1_000_000_000
 _LONGEST_S = 366 * 86400.0
+LAB_KINDS = ('.csv', *KINDS)  # that are looked for in directories; a file that is named may be of any kind
 _SLOWEST_S = 2.0  # from row to row, of a logger, by which the unit of its time is guessed
 
 
@@ -27,14 +44,14 @@ class Imported:
     recording: Recording
 
 
-def csv_files(paths: Sequence[str | Path]) -> list[Path]:
-    """The files among `paths`, and every ``.csv`` below the directories among them. BadInput for a missing one."""
+def lab_files(paths: Sequence[str | Path]) -> list[Path]:
+    """The files among `paths`, and every file that a lab's could be below the directories. BadInput: one is missing."""
     found: list[Path] = []
     for path in map(Path, paths):
         if path.is_dir():
-            below = sorted(path.rglob('*.csv'))
+            below = sorted(file for file in path.rglob('*') if file.suffix.lower() in LAB_KINDS and file.is_file())
             if not below:
-                raise BadInput(f'{path}: no .csv file in this directory')
+                raise BadInput(f'{path}: no {", ".join(LAB_KINDS)} file in this directory')
             found += below
         elif path.is_file():
             found.append(path)
@@ -65,10 +82,8 @@ def import_runs(import_map: ImportMap, files: Sequence[Path]) -> Iterator[Import
                 'tell them apart with name: and {stem}, {parent}'
             )
         names[name] = file
-    tables: dict[tuple[Path, str], _Table] = {}
     for run, file in matches:
-        table = tables.setdefault((file, run.delimiter), _Table(file, run.delimiter))
-        yield Imported(_name(run, file), _recording(run, table))
+        yield Imported(_name(run, file), _recording(run, _Table(file, run.layout)))
 
 
 def unclaimed(import_map: ImportMap, files: Sequence[Path]) -> list[Path]:
@@ -91,23 +106,27 @@ def _name(run: Run, file: Path) -> str:
 
 
 class _Table:
-    """A CSV file: headings and cells. Row numbers count from 1 with the headings, as a text editor shows them."""
+    """A table of a file: headings and cells. Row numbers count from 1, as a text editor shows them."""
 
-    def __init__(self, path: Path, delimiter: str) -> None:
-        self.path = path
-        try:
-            with path.open(encoding='utf-8-sig', newline='') as file:
-                reader = csv.reader(file, delimiter=delimiter)
-                rows = [(reader.line_num, row) for row in reader]
-        except OSError as error:
-            raise BadInput(f'{path}: cannot be read ({error.strerror})') from None
-        except (UnicodeDecodeError, csv.Error, TypeError) as error:
-            raise BadInput(f'{path}: not a CSV file ({error})') from None
-        rows = [(number, row) for number, row in rows if any(cell.strip() for cell in row)]
+    def __init__(self, path: Path, layout: Layout) -> None:
+        self.path, self.layout = path, layout
+        rows = [row for row in grid_of(path, layout).rows if not row.blank]
         if len(rows) < 2:
             raise BadInput(f'{path}: no data: expected a row of headings and rows of numbers')
-        self.headings = [cell.strip() for cell in rows[0][1]]
-        self.rows = rows[1:]
+        if layout.headings is None:
+            self.headings, self.rows = list(rows[0].cells), rows[1:]
+        else:
+            width = max(len(row.cells) for row in rows)
+            named = tuple(row for row in rows if row.number in layout.headings)
+            self.headings, below = joined_headings(named, width), max(layout.headings, default=0)
+            self.rows = [row for row in rows if row.number > below and any(map(is_value, row.cells))]
+        first, last = layout.first or 0, layout.last or max(row.number for row in rows)
+        self.rows = [row for row in self.rows if first <= row.number <= last]
+        for heading, text in layout.only.items():
+            column = self.find(ColumnSource(heading, None, UNITS['s']), 'only')
+            self.rows = [row for row in self.rows if column < len(row.cells) and row.cells[column] == text]
+        if not self.rows:
+            raise BadInput(f'{path}: no rows from {first} to {last} as its map says')
 
     def find(self, source: ColumnSource, where: str) -> int:
         """The index of a column."""
@@ -132,27 +151,31 @@ class _Table:
             raise BadInput(f"{self.path}: the heading '{source.column}' occurs {len(at)} time(s), not {occurrence}")
         return at[occurrence - 1]
 
+    def texts(self, column: int) -> list[str]:
+        """The cells of a column, '' where a row is shorter."""
+        return [row.cells[column].strip() if column < len(row.cells) else '' for row in self.rows]
+
     def numbers(self, column: int) -> Array:
-        """A column as float64[rows], NaN where a cell is empty."""
+        """A column as float64[rows], NaN where a cell has no number."""
         values = np.full(len(self.rows), np.nan)
-        for k, (_, row) in enumerate(self.rows):
-            cell = row[column].strip() if column < len(row) else ''
-            if cell:
-                try:
-                    values[k] = float(cell)
-                except ValueError:
-                    raise BadInput(f"{self.at(k, column)}: '{cell}' is not a number") from None
+        for k, cell in enumerate(self.texts(column)):
+            if cell.lower() in NO_NUMBER or cell in self.layout.missing:
+                continue
+            value = number(cell, self.layout.decimal)
+            if value is None:
+                raise BadInput(f"{self.at(k, column)}: '{cell}' is not a number")
+            values[k] = value
         return values
 
     def at(self, k: int, column: int) -> str:
         """Where a cell is."""
         heading = self.headings[column] if column < len(self.headings) else str(column)
-        return f"{self.path}: row {self.rows[k][0]}, column '{heading}'"
+        return f"{self.path}: row {self.rows[k].number}, column '{heading}'"
 
 
 def _recording(run: Run, table: _Table) -> Recording:
     notes: list[str] = []
-    time: Array
+    began = 0.0
     if isinstance(run.time, float):
         lasts = run.time * (len(table.rows) - 1)
         if lasts > _LONGEST_S:
@@ -160,12 +183,15 @@ def _recording(run: Run, table: _Table) -> Recording:
                 f'{run.where}: dt_s is {run.time:g} s, with which the {len(table.rows)} rows of {table.path} last '
                 f'{lasts:.3g} s, but no run lasts a year; expected the time from one row to the next, in s'
             )
-        time = run.time * np.arange(len(table.rows), dtype=np.float64)
+        time: Array = run.time * np.arange(len(table.rows), dtype=np.float64)
     else:
         time = _time(run.time, table, run.where)
+        began = float(time[np.isfinite(time)][0])
     channels = {}
     for name, source in run.channels.items():
-        at, value = _samples(name, source, table, time, run.where, notes)
+        own = source.time if isinstance(source, ColumnSource) else None
+        rows = time if own is None else _time(own, table, run.where)
+        at, value = _samples(name, source, table, rows - began, run.where, notes)
         if not len(at):
             raise BadInput(f"{table.path}: no number for channel '{name}'; see {run.where}")
         channels[name] = Channel(name, at, value, '/' + CHANNELS[name].topic)
@@ -174,22 +200,61 @@ def _recording(run: Run, table: _Table) -> Recording:
     return Recording(str(table.path), channels, START_NS, known, tuple(notes))
 
 
-def _time(source: ColumnSource, table: _Table, where: str) -> Array:
-    """The time of each row, s, from the first on."""
+def _time(source: TimeSource, table: _Table, where: str) -> Array:
+    """The time of each row, s. NaN where a table that has parts of unequal length has no time in a row."""
+    if isinstance(source, StampSource):
+        return _stamps(source, table, where)
     column = table.find(source, where)
-    time = _si(source, table.numbers(column))
-    for k in np.flatnonzero(~np.isfinite(time)):
-        raise BadInput(f'{table.at(int(k), column)}: no time')
-    for k in np.flatnonzero(np.diff(time) <= 0):
+    time = _si(source, unwrapped(table.numbers(column), source.wraps))
+    known = _known(time, table, column)
+    for k in np.flatnonzero(np.diff(time[known]) <= 0):
+        before, after = time[known[k]], time[known[k + 1]]
         raise BadInput(
-            f'{table.at(int(k) + 1, column)}: time runs backwards, {time[k + 1]:g} s after {time[k]:g} s'
-            if time[k + 1] < time[k]
-            else f'{table.at(int(k) + 1, column)}: time stands still at {time[k]:g} s'
+            f'{table.at(int(known[k + 1]), column)}: time runs backwards, {after:g} s after {before:g} s'
+            if after < before
+            else f'{table.at(int(known[k + 1]), column)}: time stands still at {before:g} s'
         )
-    since_first: Array = time - time[0]
-    if len(time) > 1 and since_first[-1] > _LONGEST_S:
+    since_first: Array = time[known] - time[known[0]]
+    if len(known) > 1 and since_first[-1] > _LONGEST_S:
         raise BadInput(_too_long(source, table, column, since_first, where))
-    return since_first
+    return time
+
+
+def _known(time: Array, table: _Table, column: int) -> NDArray[np.int64]:
+    """The rows that have a time: all of them, unless the map says where the table stands."""
+    missing = np.flatnonzero(~np.isfinite(time))
+    if len(missing) and (table.layout.headings is None or len(missing) == len(time)):
+        raise BadInput(f'{table.at(int(missing[0]), column)}: no time')
+    return np.flatnonzero(np.isfinite(time))
+
+
+def _stamps(source: StampSource, table: _Table, where: str) -> Array:
+    """Times of day or dates as s from the first."""
+    reference = ColumnSource(source.column, source.occurrence, UNITS['s'])
+    column = table.find(reference, where)
+    read = clock if source.kind == CLOCK else lambda cell: stamp(cell, source.order)
+    time = _read(table, column, read, f'a time as 14:03:22.5{"" if source.kind == CLOCK else " after its date"}')
+    if source.date is not None:
+        time = time + _read(table, table.find(source.date, where), lambda cell: day(cell, source.order), 'a date')
+    elif source.kind == CLOCK:
+        time = past_midnight(time)
+    if source.fraction is not None:
+        time = time + _si(source.fraction, table.numbers(table.find(source.fraction, where)))
+    known = _known(time, table, column)
+    for k in np.flatnonzero(np.diff(time[known]) <= 0):
+        raise BadInput(f'{table.at(int(known[k + 1]), column)}: the time is not later than in the row before')
+    first: Array = time - time[known[0]]
+    return first
+
+
+def _read(table: _Table, column: int, read: Callable[[str], float | None], expected: str) -> Array:
+    values = np.full(len(table.rows), np.nan)
+    for k, cell in enumerate(table.texts(column)):
+        value = read(cell) if cell else math.nan
+        if value is None:
+            raise BadInput(f"{table.at(k, column)}: '{cell}', expected {expected}")
+        values[k] = value
+    return values
 
 
 def _too_long(source: ColumnSource, table: _Table, column: int, time: Array, where: str) -> str:
@@ -222,9 +287,10 @@ def _samples(
         step = np.clip(np.searchsorted(edges, at, side='right') - 1, 0, len(source.steps) - 1)
         return at, np.array([value for _, value in source.steps])[step]
     value = _si(source, table.numbers(table.find(source, where)))
-    finite = np.isfinite(value)
-    if not finite.all():
-        notes.append(f'{name}: {np.count_nonzero(~finite)} of {len(value)} rows have no number')
+    finite = np.isfinite(value) & np.isfinite(time)
+    rows = np.count_nonzero(np.isfinite(time))
+    if np.count_nonzero(finite) < rows:
+        notes.append(f'{name}: {rows - np.count_nonzero(finite)} of {rows} rows have no number')
     return time[finite], value[finite]
 
 

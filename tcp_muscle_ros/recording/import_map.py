@@ -21,6 +21,16 @@ runs:                              # one bag for each file that matches
 A column is its heading (``occurrence: 2`` where headings repeat) or its index, counted from 0. A number x becomes
 ``unit(sign * (scale * x + offset))``; ``offset: first`` makes the first sample zero. ``file`` matches the end of a
 path, folder by folder. Headings and numbers in files are separated by ``delimiter`` (',').
+
+What an odd file needs besides, as ``tcp_muscle import`` without a map writes it:
+
+```yaml
+table: {encoding: cp1252, delimiter: ';', decimal: ',', headings: [7], first: 8, last: 37}   # rows, counted from 1
+table: {sheet: 'run 1', only: {trial: '2'}, missing: [OL]}    # of a spreadsheet; some rows; texts that are no number
+time: {column: Uhrzeit, unit: clock, date: Datum, order: dmy, fraction: {column: ms, unit: ms}}   # or unit: stamp
+time: {column: micros, unit: us, wraps: 4294967296}
+columns: {force: {column: F, unit: N, time: {column: 't (2)', unit: s}}}  # a channel with a clock of its own
+```
 """
 
 from collections.abc import Mapping
@@ -29,18 +39,42 @@ from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.lab.grid import Layout
 from tcp_muscle_ros.recording.protocol import ENDS
 from tcp_muscle_ros.recording.recording import DRIVES, channel_kind
 from tcp_muscle_ros.recording.units import UNITS, Unit, unit_of
 from tcp_muscle_ros.recording.yaml_input import Section, load_yaml
 
-_SHARED = ('time', 'dt_s', 'columns', 'input', 'end', 'known', 'delimiter')
+_SHARED = ('time', 'dt_s', 'columns', 'input', 'end', 'known', 'delimiter', 'table')
+_TABLE = ('encoding', 'delimiter', 'decimal', 'headings', 'first', 'last', 'sheet', 'only', 'missing')
 _FIRST = 'first'
+CLOCK, STAMP = 'clock', 'stamp'  # instead of a unit of time
+ORDERS = ('dmy', 'mdy', 'ymd')
+
+
+@dataclass(frozen=True)
+class StampSource:
+    """A column of times of day (``clock``), or of dates with them (``stamp``).
+
+    date      the column of the dates, where they stand apart
+    fraction  that of the fractions of a second
+    """
+
+    column: str | int
+    occurrence: int | None
+    kind: str
+    order: str = 'dmy'
+    date: 'ColumnSource | None' = None
+    fraction: 'ColumnSource | None' = None
 
 
 @dataclass(frozen=True)
 class ColumnSource:
-    """A column of a CSV file: SI value = unit(sign * (scale * x + offset)); offset None: the first sample is zero."""
+    """A column of a CSV file: SI value = unit(sign * (scale * x + offset)); offset None: the first sample is zero.
+
+    time   the column of its own times, where they are not those of the run
+    wraps  the count at which a counter begins anew; 0: never
+    """
 
     column: str | int
     occurrence: int | None
@@ -48,6 +82,8 @@ class ColumnSource:
     sign: float = 1.0
     scale: float = 1.0
     offset: float | None = 0.0
+    time: 'ColumnSource | StampSource | None' = None
+    wraps: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -65,6 +101,7 @@ class ScheduleSource:
 
 
 Source = ColumnSource | ConstantSource | ScheduleSource
+TimeSource = ColumnSource | StampSource
 
 
 @dataclass(frozen=True)
@@ -74,9 +111,9 @@ class Run:
     where: str
     file: str
     name: str
-    time: ColumnSource | float  # a column, or the period in s
+    time: TimeSource | float  # a column, or the period in s
     channels: Mapping[str, Source]
-    delimiter: str = ','
+    layout: Layout = field(default_factory=Layout)
     known: Mapping[str, object] = field(default_factory=dict)
 
     def matches(self, path: PurePath) -> bool:
@@ -146,9 +183,9 @@ def _run(entry: Section, group: str, layers: list[Section]) -> Run:
         raise BadInput(f'{entry.where}: both time and dt_s are given, expected one')
     if 'time' not in section and 'dt_s' not in section:
         raise BadInput(f"{entry.where}: neither 'time' (a column) nor 'dt_s' (a period) is given")
-    time: ColumnSource | float
+    time: TimeSource | float
     if 'time' in section:
-        time = _column(section.section('time'), 's', 'time')
+        time = _time(section.section('time'))
     else:
         time = section.number('dt_s', above=0.0)
     known = dict(section.section('known').content)
@@ -168,7 +205,59 @@ def _run(entry: Section, group: str, layers: list[Section]) -> Run:
     if not channels:
         raise BadInput(f"{entry.where}: no channel: give 'columns' (and 'input')")
     name = entry.text('name', f'{group}_{{stem}}' if group else '{stem}')
-    return Run(entry.where, entry.text('file'), name, time, channels, section.text('delimiter', ','), known)
+    return Run(entry.where, entry.text('file'), name, time, channels, _layout(section), known)
+
+
+def _layout(section: Section) -> Layout:
+    """Where the table stands in its file: `table`, and the older `delimiter` beside it."""
+    table = section.section('table').only(*_TABLE)
+    headings, missing = table.content.get('headings'), table.content.get('missing') or []
+    if headings is not None and not (isinstance(headings, list) and all(isinstance(row, int) for row in headings)):
+        raise BadInput(f'{table.where}: headings is {headings!r}, expected a list of row numbers, as [7]')
+    if not isinstance(missing, list):
+        raise BadInput(f'{table.where}: missing is {missing!r}, expected a list of texts')
+    only = table.section('only')
+    return Layout(
+        table.text('encoding', 'utf-8-sig'),
+        table.text('delimiter', section.text('delimiter', ',')),
+        table.choice('decimal', ('.', ','), '.'),
+        None if headings is None else tuple(headings),
+        table.count('first', 1) if 'first' in table else None,
+        table.count('last', 1) if 'last' in table else None,
+        table.text('sheet', ''),
+        {name: only.text(name) for name in only.names()},
+        tuple(map(str, missing)),
+    )
+
+
+def _time(entry: Section) -> TimeSource:
+    """A column of times: counted in a unit, or written as a clock or with its date."""
+    if entry.text('unit', 's') not in (CLOCK, STAMP):
+        return _column(entry, 's', 'time')
+    entry.only('column', 'occurrence', 'unit', 'order', 'date', 'fraction')
+    return StampSource(
+        _reference(entry),
+        entry.count('occurrence', 1) if 'occurrence' in entry else None,
+        entry.text('unit'),
+        entry.choice('order', ORDERS, 'dmy'),
+        _plain(entry.section('date')) if 'date' in entry else None,
+        _column(entry.section('fraction'), 's', 'time') if 'fraction' in entry else None,
+    )
+
+
+def _plain(entry: Section) -> ColumnSource:
+    """A column that is no number: of dates."""
+    entry.only('column', 'occurrence')
+    return ColumnSource(_reference(entry), entry.count('occurrence', 1) if 'occurrence' in entry else None, UNITS['s'])
+
+
+def _reference(entry: Section) -> str | int:
+    """A column by its heading or its index."""
+    entry.require('column')
+    column = entry['column']
+    if isinstance(column, bool) or not isinstance(column, (str, int)) or (isinstance(column, int) and column < 0):
+        raise BadInput(f'{entry.where}: column is {column!r}, expected a heading or an index counted from 0')
+    return column
 
 
 def _source(parent: Section, name: str, default_unit: str) -> Source:
@@ -191,12 +280,15 @@ def _source(parent: Section, name: str, default_unit: str) -> Source:
 
 def _column(entry: Section, default_unit: str, name: str) -> ColumnSource:
     entry.only(
-        'column', 'occurrence', 'unit', 'sign', 'scale', 'offset', *(() if name == 'time' else ('value', 'schedule'))
+        'column',
+        'occurrence',
+        'unit',
+        'sign',
+        'scale',
+        'offset',
+        *(('wraps',) if name == 'time' else ('time', 'value', 'schedule')),
     )
-    entry.require('column')
-    column = entry['column']
-    if isinstance(column, bool) or not isinstance(column, (str, int)) or (isinstance(column, int) and column < 0):
-        raise BadInput(f'{entry.where}: column is {column!r}, expected a heading or an index counted from 0')
+    column = _reference(entry)
     sign = entry.number('sign', 1.0)
     if sign not in (1.0, -1.0):
         raise BadInput(f'{entry.where}: sign is {sign:g}, expected 1 or -1')
@@ -208,6 +300,8 @@ def _column(entry: Section, default_unit: str, name: str) -> ColumnSource:
         sign,
         entry.number('scale', 1.0),
         None if from_first else entry.number('offset', 0.0),
+        _time(entry.section('time')) if 'time' in entry else None,
+        entry.number('wraps', 0.0, least=0.0),
     )
 
 

@@ -28,7 +28,7 @@ PLAUSIBLE = {
     'force': (-50.0, 200.0),
 }
 # The largest value (SI) of a channel on most benches, by which a unit is guessed.
-_USUAL = {
+USUAL = {
     'current': (0.02, 3.0),
     'power': (0.05, 50.0),
     'voltage': (0.2, 48.0),
@@ -104,7 +104,7 @@ def unit_sentence(name: str, value: Array, taken_as: str = '') -> str | None:
 
 def _guess(name: str, raw: Array, stated: Unit) -> str | None:
     """The unit in which a channel's raw numbers would be a muscle's, the stated one being wrong."""
-    low, high = _USUAL[name]
+    low, high = USUAL[name]
     turned = replace(stated, name=f'-{stated.name.lstrip("-")}', scale=-stated.scale)
     signed = [turned] if name in ('load', 'force', 'power') and np.median(raw) < 0.0 else []
     for unit in (*signed, *UNITS.values()):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tcp_muscle_ros.recording.checks import check, check_samples, quantum
-from tcp_muscle_ros.recording.csv_import import csv_files, import_runs
+from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
 from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.recording.recording import Channel, Recording
 
@@ -149,7 +149,7 @@ def test_what_is_known_of_the_real_rigs_is_found():
     found = {}
     for rig in ('tca_bench_rig', 'tca_video_rig'):
         import_map = read_import_map(REPOSITORY / 'config' / f'import_{rig}.yaml')
-        for run in import_runs(import_map, csv_files([DATA / rig])):
+        for run in import_runs(import_map, lab_files([DATA / rig])):
             found[run.name] = {issue.kind for issue in check(run.recording)}
     video = {name: issues for name, issues in found.items() if name.startswith(('mandrel', 'self'))}
     assert all(issues == ({'jitter'} if 'step' not in name else set()) for name, issues in video.items())

@@ -8,7 +8,7 @@ import pytest
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.bag_writer import write_recording
-from tcp_muscle_ros.recording.csv_import import csv_files, import_runs, unclaimed
+from tcp_muscle_ros.recording.csv_import import import_runs, lab_files, unclaimed
 from tcp_muscle_ros.recording.import_map import read_import_map
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -246,14 +246,14 @@ def test_files_are_found_below_directories_and_misspelt_ones_are_named(tmp_path)
     (tmp_path / 'a').mkdir()
     for name in ('a/2.csv', 'a/1.csv', 'a/notes.txt'):
         (tmp_path / name).touch()
-    assert [path.name for path in csv_files([tmp_path, tmp_path / 'a' / '1.csv'])] == ['1.csv', '2.csv']
+    assert [path.name for path in lab_files([tmp_path, tmp_path / 'a' / '1.csv'])] == ['1.csv', '2.csv']
     with pytest.raises(BadInput, match=r"no such file; did you mean '1\.csv'"):
-        csv_files([tmp_path / 'a' / '1.cvs'])
+        lab_files([tmp_path / 'a' / '1.cvs'])
 
 
 def runs_of(rig):
     import_map = read_import_map(REPOSITORY / 'config' / f'import_{rig}.yaml')
-    files = csv_files([DATA / rig])
+    files = lab_files([DATA / rig])
     assert unclaimed(import_map, files) == []
     return {run.name: run.recording for run in import_runs(import_map, files)}
 
@@ -295,7 +295,7 @@ def test_all_columns_of_the_video_rig_are_imported():
     assert len(runs) == 13
     columns = sum(
         heading not in ('t', 'actual_vid_time')
-        for file in csv_files([DATA / 'tca_video_rig'])
+        for file in lab_files([DATA / 'tca_video_rig'])
         for heading in file.read_text().splitlines()[0].split(',')
     )
     assert columns == 13

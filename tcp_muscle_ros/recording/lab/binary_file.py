@@ -1,0 +1,129 @@
+"""Spreadsheets (.xlsx), MATLAB files (.mat, version 7 and older) and Parquet as rows of text cells."""
+
+import datetime
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.lab.grid import Grid, Row
+
+KINDS = ('.xlsx', '.xlsm', '.mat', '.parquet')
+_EXTRA = "which is not installed: pip install 'tcp_muscle_ros[labs]'"
+
+
+def read_sheets(path: Path) -> list[Grid]:
+    """Every sheet, struct or table of a binary file.
+
+    BadInput: the file is not what its name says, or the library for its kind is not installed.
+    """
+    kind = path.suffix.lower()
+    try:
+        return _matlab(path) if kind == '.mat' else _parquet(path) if kind == '.parquet' else _excel(path)
+    except ModuleNotFoundError as error:
+        raise BadInput(f"{path}: {kind} files need the Python package '{error.name}', {_EXTRA}") from None
+    except OSError as error:
+        raise BadInput(f'{path}: cannot be read ({error.strerror or error})') from None
+
+
+def _text(value: object) -> str:
+    """A cell as text that reads back as the same number."""
+    if value is None:
+        return ''
+    if isinstance(value, bool | np.bool_):
+        return str(int(value))
+    if isinstance(value, float | np.floating):
+        return repr(float(value)) if np.isfinite(value) else ''
+    if isinstance(value, np.datetime64):
+        return str(value).replace('T', ' ')
+    if isinstance(value, datetime.datetime):
+        return value.isoformat(' ')
+    if isinstance(value, datetime.timedelta):
+        return repr(value.total_seconds())
+    return str(value).strip()
+
+
+def _excel(path: Path) -> list[Grid]:
+    from zipfile import BadZipFile
+
+    import openpyxl
+
+    try:
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    except (BadZipFile, KeyError, ValueError, openpyxl.utils.exceptions.InvalidFileException):
+        raise BadInput(f'{path}: is no .xlsx workbook; if it is text, rename it to .csv') from None
+    grids = []
+    for sheet in book.worksheets:
+        rows = (Row(k, tuple(map(_text, cells))) for k, cells in enumerate(sheet.iter_rows(values_only=True), 1))
+        grids.append(Grid(tuple(rows), sheet.title))
+    book.close()
+    return grids
+
+
+def _parquet(path: Path) -> list[Grid]:
+    import pyarrow
+    import pyarrow.parquet
+
+    try:
+        table = pyarrow.parquet.read_table(path)
+    except pyarrow.ArrowInvalid:
+        raise BadInput(f'{path}: is no .parquet file; if it is text, rename it to .csv') from None
+    return [_of_columns({name: table.column(name).to_numpy(zero_copy_only=False) for name in table.column_names}, '')]
+
+
+def _of_columns(columns: Mapping[str, Any], sheet: str) -> Grid:
+    """Columns of equal length as a sheet; the headings are row 1."""
+    length = max((len(column) for column in columns.values()), default=0)
+    kept = {name: column for name, column in columns.items() if len(column) == length}
+    rows = [Row(1, tuple(kept))]
+    rows += [Row(k, tuple(map(_text, cells))) for k, cells in enumerate(zip(*kept.values(), strict=True), 2)]
+    return Grid(tuple(rows), sheet)
+
+
+def _matlab(path: Path) -> list[Grid]:
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        content = loadmat(path, simplify_cells=True)
+    except NotImplementedError:
+        raise BadInput(f"{path}: is a MATLAB file of version 7.3; save it with '-v7' in MATLAB") from None
+    except (MatReadError, ValueError, TypeError):
+        raise BadInput(f'{path}: is no MATLAB file of version 7 or older') from None
+    content = {name: value for name, value in content.items() if not name.startswith('__')}
+    return list(_tables(content, ''))
+
+
+def _tables(content: Mapping[str, Any], name: str) -> Iterator[Grid]:
+    """The tables in a struct: its own columns, those of the structs in it, and those of arrays of structs."""
+    columns = dict(_columns(content))
+    if columns:
+        yield _of_columns(columns, name)
+    for key, value in content.items():
+        full = f'{name}.{key}' if name else key
+        if isinstance(value, dict):
+            yield from _tables(value, full)
+        elif key != 'signals' and _is_structs(value):
+            for k, each in enumerate(value, 1):
+                yield from _tables(each, f'{full}({k})')
+
+
+def _is_structs(value: object) -> bool:
+    return isinstance(value, list | np.ndarray) and len(value) > 0 and all(isinstance(each, dict) for each in value)
+
+
+def _columns(content: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The vectors of a struct; a matrix column by column; Simulink's signals by their labels."""
+    for name, value in content.items():
+        if name == 'signals':
+            for signal in [value] if isinstance(value, dict) else value:
+                values = np.atleast_1d(np.squeeze(np.asarray(signal.get('values', []))))
+                yield str(signal.get('label') or name), values
+        elif isinstance(value, np.ndarray) and value.dtype.kind in 'fiu' and value.size > 1:
+            if value.ndim == 1:
+                yield name, value
+            elif value.ndim == 2:
+                matrix = value if value.shape[0] >= value.shape[1] else value.T
+                yield from ((f'{name}({k + 1})', column) for k, column in enumerate(matrix.T))

@@ -1,0 +1,95 @@
+"""What a cell says: a number, a time of day, a date, or nothing."""
+
+import re
+from datetime import date
+
+from tcp_muscle_ros.recording.lab.unit_names import unit_named
+
+DAY_S = 86400.0
+_ORIGIN = 730120  # 1 January 2000, from which seconds are counted: a double keeps them to 0.1 us
+
+# What instruments print where they have no number; nothing to be said of them.
+NO_NUMBER = frozenset({'', 'nan', '-nan', 'na', 'n/a', '#n/a', 'null', 'none', '-', '--', '---', '----', '#nv'})
+
+_NUMBER = re.compile(r'([+-]?\s*(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?')
+_POINT = re.compile(r'[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?')
+_THOUSANDS = {'.': re.compile(r'[+-]?\d{1,3}(,\d{3})+(\.\d*)?'), ',': re.compile(r'[+-]?\d{1,3}(\.\d{3})+(,\d*)?')}
+_CLOCK = re.compile(r'(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:[.,:]\d+)?)\s*([AaPp])?\.?(?:[Mm]\.?)?')
+_DATE = re.compile(r'(\d{1,4})([-/.])(\d{1,2})\2(\d{1,4})\.?')
+_STAMP = re.compile(
+    r'([\d/.-]+?)\s*[T ,]\s*(\d{1,2}:[\d:.,]+(?:\s*[AaPp]\.?[Mm]\.?)?)\s*(Z|[+-]\d{2}:?\d{2})?(?:\[.*\])?'
+)
+
+
+def number(cell: str, decimal: str = '.') -> float | None:
+    """The number in a cell, None where it is none. A known unit may follow it; thousands may be separated."""
+    found = _NUMBER.fullmatch(cell.replace('\u2212', '-'))
+    if not found or (found[2] and unit_named(found[2]) is None):
+        return None
+    digits = found[1].replace(' ', '')
+    if _THOUSANDS[decimal].fullmatch(digits):
+        digits = digits.replace(',' if decimal == '.' else '.', '')
+    if decimal == ',':
+        digits = digits.replace('.', ' ').replace(',', '.')
+    return float(digits) if _POINT.fullmatch(digits) else None
+
+
+def unit_in(cell: str) -> str | None:
+    """The unit that follows the number in a cell."""
+    found = _NUMBER.fullmatch(cell)
+    return unit_named(found[2]) if found and found[2] else None
+
+
+def clock(cell: str) -> float | None:
+    """A time of day or a duration, h:m:s, m:s or h:m:s PM, in s; None for anything else."""
+    found = _CLOCK.fullmatch(cell)
+    if not found:
+        return None
+    seconds = float(found[3].replace(',', '.').replace(':', '.'))
+    hours = int(found[1] or 0)
+    if found[4]:
+        hours = hours % 12 + (12 if found[4] in 'pP' else 0)
+    return 3600.0 * hours + 60.0 * int(found[2]) + seconds
+
+
+def day(cell: str, order: str) -> float | None:
+    """The day of a date as s since 1 January 2000; ``order``: dmy, mdy or ymd. None for anything else."""
+    found = _DATE.fullmatch(cell)
+    if not found:
+        return None
+    parts = dict(zip('ymd' if len(found[1]) == 4 else order, (found[1], found[3], found[4]), strict=True))
+    year, month, of_month = (int(parts[letter]) for letter in 'ymd')
+    try:
+        return DAY_S * (date(year + (2000 if year < 100 else 0), month, of_month).toordinal() - _ORIGIN)
+    except ValueError:
+        return None
+
+
+def stamp(cell: str, order: str) -> float | None:
+    """A date with a time of day, and perhaps a zone, in s since 2000; None for anything else."""
+    found = _STAMP.fullmatch(cell)
+    if not found:
+        return None
+    at, of_day = day(found[1], order), clock(found[2].strip())
+    if at is None or of_day is None:
+        return None
+    zone = 0.0
+    if found[3] and found[3] != 'Z':
+        digits = found[3][1:].replace(':', '')
+        zone = (3600.0 * int(digits[:2]) + 60.0 * int(digits[2:])) * (-1.0 if found[3][0] == '-' else 1.0)
+    return at + of_day - zone
+
+
+def is_time(cell: str) -> bool:
+    """Is it a time of day, a date or both?"""
+    return (
+        clock(cell) is not None
+        or day(cell, 'dmy') is not None
+        or day(cell, 'mdy') is not None
+        or any(stamp(cell, order) is not None for order in ('dmy', 'mdy'))
+    )
+
+
+def is_value(cell: str) -> bool:
+    """Is it what stands in a table of measurements: a number, with a point or a comma, or a time?"""
+    return number(cell) is not None or number(cell, ',') is not None or is_time(cell)

@@ -1,0 +1,79 @@
+"""The columns of a table with what their headings mean."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+from tcp_muscle_ros.recording.lab.draft import ColumnRef
+from tcp_muscle_ros.recording.lab.grid import Layout, Row
+from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
+from tcp_muscle_ros.recording.lab.tables import Table
+from tcp_muscle_ros.recording.lab.unit_names import unit_named
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: where it is, what stands above it, its cells."""
+
+    index: int
+    heading: str
+    ref: ColumnRef
+    meaning: Meaning
+    cells: tuple[str, ...]
+
+
+def columns_of(table: Table, layout: Layout) -> list[Column]:
+    """The columns of a table. What a scope writes to the left of its samples counts as headings."""
+    scope = _scope(table)
+    seen: Counter[str] = Counter()
+    repeats = Counter(heading for heading in table.headings if heading)
+    found = []
+    for k, heading in enumerate(table.headings):
+        seen[heading] += 1
+        by_index = not heading or k in scope
+        ref = ColumnRef(k) if by_index else ColumnRef(heading, seen[heading] if repeats[heading] > 1 else None)
+        shown = scope.get(k, heading)
+        unit = table.units[k] or _unit_row(table, k) or _unit_column(table, k)
+        found.append(Column(k, shown, ref, meaning(shown, _more(table, shown), unit), tuple(table.column(k))))
+    return found
+
+
+def _more(table: Table, heading: str) -> str:
+    """What a table of channels above says of a column: 'CH1,糸温度,TEMP' of 'CH1'."""
+    rows = [row for row in table.preamble if heading and row.cells and row.cells[0] == heading]
+    return ' '.join(rows[-1].cells[1:3]) if rows else ''
+
+
+def _unit_row(table: Table, k: int) -> str:
+    """The unit that a row above states for the column: LabVIEW's Y_Unit_Label."""
+    for row in reversed(table.preamble):
+        if row.cells and 'unit' in row.cells[0].lower() and k < len(row.cells) and k > 0 and unit_named(row.cells[k]):
+            return row.cells[k]
+    return ''
+
+
+def _unit_column(table: Table, k: int) -> str:
+    """The unit that stands in each row, in the column after."""
+    if k + 1 >= table.width or meaning(table.headings[k + 1]).kind != 'unit':
+        return ''
+    texts = set(table.column(k + 1)) - {''}
+    only = texts.pop() if len(texts) == 1 else ''
+    return only if unit_named(only) else ''
+
+
+def _scope(table: Table) -> dict[int, str]:
+    """A Tektronix scope's file: settings stand left of the samples in the same rows; time and signal come last."""
+    settings = {row.cells[0]: row.cells[1] for row in table.rows if len(row.cells) > 3 and row.cells[0]}
+    if 'Vertical Units' not in settings or 'Horizontal Units' not in settings:
+        return {}
+    filled = [k for k in range(table.width) if all(_cell(row, k) for row in table.rows)]
+    if len(filled) < 2:
+        return {}
+    at, signal = filled[-2:]
+    return {
+        at: f'Time [{settings["Horizontal Units"]}]',
+        signal: f'{settings.get("Source", "CH")} [{settings["Vertical Units"]}]',
+    }
+
+
+def _cell(row: Row, k: int) -> str:
+    return row.cells[k] if k < len(row.cells) else ''

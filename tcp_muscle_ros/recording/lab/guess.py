@@ -1,0 +1,171 @@
+"""A lab file without a map: which column is which channel, in which unit, and how many runs it holds."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, number
+from tcp_muscle_ros.recording.lab.channels import channels_of
+from tcp_muscle_ros.recording.lab.columns import Column, columns_of
+from tcp_muscle_ros.recording.lab.draft import DraftRun, DraftTime
+from tcp_muscle_ros.recording.lab.grid import Layout
+from tcp_muscle_ros.recording.lab.reading import sheets_of
+from tcp_muscle_ros.recording.lab.tables import Table, find_tables
+from tcp_muscle_ros.recording.lab.timing import time_of, times
+
+_HELP = 'say it in a map (--map, see docs/recording.md)'
+_MOST_RUNS = 200  # that one column of names can tell apart
+
+
+@dataclass(frozen=True)
+class Part:
+    """Columns that belong together: a table, or one of several side by side, of some rows."""
+
+    table: Table
+    columns: tuple[Column, ...]
+    layout: Layout
+    title: str = ''
+    only: tuple[str, str] | None = None
+
+
+def guess(path: Path) -> list[DraftRun]:
+    """The runs of a lab file. BadInput: one line that says what cannot be told from it."""
+    runs: list[DraftRun] = []
+    for sheet in sheets_of(path):
+        for table in find_tables(sheet.grid):
+            for part in _parts(table, sheet.layout, path):
+                runs += _runs(part, path)
+    if not runs:
+        raise BadInput(f'{path}: no table of numbers in it; expected a row of headings and rows of numbers below it')
+    return _named(runs, path)
+
+
+def _parts(table: Table, layout: Layout, path: Path) -> Iterator[Part]:
+    """What stands side by side, each with a time of its own and the same headings; else the table as it is."""
+    layout = replace(layout, headings=table.above, first=table.rows[0].number, last=table.rows[-1].number)
+    columns = columns_of(table, layout)
+    if not any(column.heading for column in columns):
+        raise BadInput(
+            f'{path}: no headings above row {table.rows[0].number}, so its {len(columns)} columns could be anything; '
+            "expected a row as 'Time (s),Temperature (°C),Current (A)'"
+        )
+    starts = [k for k, column in enumerate(columns) if column.heading and column.heading == _first_time(columns)]
+    groups = [columns[a:b] for a, b in pairwise([*starts, len(columns)])]
+    names = [tuple(column.heading for column in group if column.heading) for group in groups]
+    if len(groups) > 1 and len(set(names)) == 1:
+        for group in groups:
+            yield Part(table, tuple(group), layout, table.titles[group[0].index])
+    else:
+        yield from _by_name(Part(table, tuple(columns), layout))
+
+
+def _first_time(columns: Sequence[Column]) -> str:
+    return next((column.heading for column in columns if column.meaning.kind == 'time'), '')
+
+
+def _by_name(part: Part) -> Iterator[Part]:
+    """A table with a column that numbers or names the runs, one after the other; else as it is."""
+    for column in part.columns:
+        if column.meaning.kind != 'run' or not column.heading:
+            continue
+        names = list(dict.fromkeys(column.cells))
+        changes = sum(a != b for a, b in pairwise(column.cells))
+        if 1 < len(names) <= _MOST_RUNS and changes == len(names) - 1:
+            for name in names:
+                keep = [k for k, cell in enumerate(column.cells) if cell == name]
+                yield _rows_of(part, keep[0], keep[-1] + 1, title=f'{column.heading} {name}')
+            return
+    yield part
+
+
+def _rows_of(part: Part, first: int, last: int, title: str = '') -> Part:
+    """The same columns, of some of the rows."""
+    rows = part.table.rows[first:last]
+    return Part(
+        replace(part.table, rows=rows),
+        tuple(replace(column, cells=column.cells[first:last]) for column in part.columns),
+        replace(part.layout, first=rows[0].number, last=rows[-1].number),
+        title or part.title,
+    )
+
+
+def _runs(part: Part, path: Path) -> Iterator[DraftRun]:
+    """The runs of a part: cut where its time begins anew."""
+    time = time_of(part.columns, part.table.preamble)
+    if time is None:
+        raise BadInput(
+            f'{path}: no time: none of the columns {_list(part.columns)} is one, and no sample rate is stated above; '
+            f'add a column of times or a line such as "Sample rate: 20 Hz", or {_HELP}'
+        )
+    if isinstance(time, float):
+        yield _run(part, time, path)
+        return
+    for first, last in _stretches(part, time, path):
+        yield _run(part if last - first == len(part.table.rows) else _rows_of(part, first, last), time, path)
+
+
+def _stretches(part: Part, time: DraftTime, path: Path) -> list[tuple[int, int]]:
+    """Rows [first, last) through which the time goes on; it begins anew where it falls back to where it began."""
+    at = times(part.columns, time, part.layout.decimal)
+    known = np.flatnonzero(np.isfinite(at))
+    if not len(known):
+        raise BadInput(f'{path}: {time.ref} has no time in it')
+    value = at[known]
+    step = float(np.median(np.abs(np.diff(value)))) if len(value) > 1 else 0.0
+    cuts = [0]
+    for k in np.flatnonzero(np.diff(value) < 0.0):
+        start = value[np.searchsorted(known, cuts[-1])]
+        if value[k + 1] > start + 5.0 * step:
+            raise BadInput(
+                f'{path}: row {part.table.rows[known[k + 1]].number}: the time runs backwards, {value[k + 1]:g} after '
+                f'{value[k]:g}, but not to the start of another run; cut the file there'
+            )
+        cuts.append(int(known[k + 1]))
+    ends = [*cuts[1:], len(at)]
+    return [(a, b) for a, b in zip(cuts, ends, strict=True) if b - a > 1]
+
+
+def _run(part: Part, time: DraftTime | float, path: Path) -> DraftRun:
+    columns, left_out, notes = channels_of(part.columns, time, part.layout.decimal, path)
+    if not columns:
+        raise BadInput(
+            f'{path}: no column that a muscle has: none of {_list(part.columns)} is a current, power, voltage, '
+            f'temperature, resistance, displacement or force by its heading or unit; {_HELP}'
+        )
+    used = {column.ref for column in columns}
+    missing = sorted({text for column in part.columns if column.ref in used for text in _texts(column, part.layout)})
+    known: dict[str, object] = {'title': part.title} if part.title else {}
+    layout = replace(part.layout, missing=tuple(missing))
+    return DraftRun(part.title, layout, time, tuple(columns), known, tuple(left_out), tuple(notes))
+
+
+def _texts(column: Column, layout: Layout) -> Iterator[str]:
+    for cell in column.cells:
+        if cell.lower() not in NO_NUMBER and number(cell, layout.decimal) is None:
+            yield cell
+
+
+def _list(columns: Sequence[Column]) -> str:
+    return ', '.join(str(column.ref) for column in columns if column.heading)
+
+
+def _named(runs: list[DraftRun], path: Path) -> list[DraftRun]:
+    """Each run with the name of its bag: the file's, and where there are several, a title or a number."""
+    stem = _slug(path.stem) or 'run'
+    if len(runs) == 1:
+        return [replace(runs[0], name=stem)]
+    sheets = len({run.layout.sheet for run in runs}) == len(runs)
+    titles = [_slug(run.layout.sheet if sheets else run.name) for run in runs]
+    if not all(titles) or len(set(titles)) < len(titles):
+        titles = [str(k) for k in range(1, len(runs) + 1)]
+    return [replace(run, name=f'{stem}_{title}') for run, title in zip(runs, titles, strict=True)]
+
+
+def _slug(text: str) -> str:
+    """A text as part of a file's name."""
+    return re.sub(r'[^\w.+-]+', '_', text).strip('_.')

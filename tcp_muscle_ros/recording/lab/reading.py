@@ -1,0 +1,63 @@
+"""Any lab file as sheets of cells: how it is encoded and separated is told from its content, or given."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.recording.lab.binary_file import KINDS, read_sheets
+from tcp_muscle_ros.recording.lab.cells import number
+from tcp_muscle_ros.recording.lab.grid import Grid, Layout
+from tcp_muscle_ros.recording.lab.text_file import encoding_of, read_grid, read_lines, separator_of
+
+
+@dataclass(frozen=True)
+class LabSheet:
+    """A sheet, and the layout so far: encoding, delimiter, decimal sign, sheet."""
+
+    grid: Grid
+    layout: Layout
+
+
+def sheets_of(path: Path) -> list[LabSheet]:
+    """What is in a file, its encoding, delimiter and decimal sign as its content tells."""
+    if path.suffix.lower() in KINDS:
+        return [LabSheet(grid, Layout(sheet=grid.sheet)) for grid in read_sheets(path)]
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise BadInput(f'{path}: cannot be read ({error.strerror})') from None
+    encoding = encoding_of(raw, path)
+    separator = separator_of(read_lines(path, encoding))
+    grid = read_grid(path, encoding, separator)
+    return [LabSheet(grid, Layout(encoding, separator, _decimal(grid, separator)))]
+
+
+def grid_of(path: Path, layout: Layout) -> Grid:
+    """The sheet that a layout means."""
+    if path.suffix.lower() not in KINDS:
+        return read_grid(path, layout.encoding, layout.delimiter)
+    grids = read_sheets(path)
+    if not layout.sheet and grids:
+        return grids[0]
+    for grid in grids:
+        if grid.sheet == layout.sheet:
+            return grid
+    raise BadInput(f"{path}: no sheet '{layout.sheet}'{nearest(layout.sheet, [grid.sheet for grid in grids])}")
+
+
+def with_decimal(layout: Layout, grid: Grid) -> Layout:
+    """The layout with the decimal sign that the cells of a grid have."""
+    return replace(layout, decimal=_decimal(grid, layout.delimiter))
+
+
+def _decimal(grid: Grid, separator: str) -> str:
+    """A comma where more cells are numbers with it than with a point."""
+    counts: Counter[str] = Counter()
+    for row in grid.rows:
+        for cell in row.cells:
+            if ',' in cell and number(cell, ',') is not None and not (separator == ',' and number(cell) is not None):
+                counts[','] += 1
+            elif '.' in cell and number(cell) is not None:
+                counts['.'] += 1
+    return ',' if counts[','] > counts['.'] else '.'

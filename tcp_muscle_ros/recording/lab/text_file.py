@@ -1,0 +1,145 @@
+"""Text files as rows of cells: CSV of every separator, columns lined up with spaces, serial logs, JSON lines."""
+
+import codecs
+import csv
+import io
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.lab.cells import is_value, number
+from tcp_muscle_ros.recording.lab.grid import Grid, Row
+from tcp_muscle_ros.recording.lab.headings import known_words
+
+SPACES, PAIRS, JSON = 'spaces', 'pairs', 'json'
+_SEPARATORS = ('\t', ';', ',', '|', SPACES)
+_BOMS = ((codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'), (codecs.BOM_UTF16_BE, 'utf-16'))
+_OLD_ENCODINGS = ('cp1252', 'cp932', 'gb18030', 'latin-1')
+_PAIR = re.compile(r'([^\W\d][^:=,;|\t]*?)\s*[:=]\s*([+-]?(?:\d[\d.]*|\.\d+)(?:[eE][+-]?\d+)?|nan)(?=[\s,;|]|$)')
+# The stamp that a serial monitor puts before each line.
+_MONITOR = re.compile(r'(\d{1,2}:\d{2}:\d{2}[.,]\d+)\s*->\s?')
+_ENOUGH = 400  # lines, to tell the separator from
+
+
+def encoding_of(raw: bytes, path: Path) -> str:
+    """The encoding of a text file: by its mark, else UTF-8 if it is that, else that in which a lab's words appear."""
+    marked = next((name for mark, name in _BOMS if raw.startswith(mark)), None)
+    if marked:
+        return marked
+    body = raw.rstrip(b'\0')
+    if len(body) > 8 and body[1::2].count(0) > 0.4 * len(body[1::2]):
+        return 'utf-16-le'
+    if b'\0' in body:
+        raise BadInput(f'{path}: is no text, no .xlsx, .mat (version 7) and no .parquet; expected one of these')
+    found = []
+    for encoding in ('utf-8', *_OLD_ENCODINGS):
+        try:
+            text = body.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if encoding == 'utf-8':
+            return encoding
+        found.append((known_words(text), -_OLD_ENCODINGS.index(encoding), encoding))
+    return max(found)[2]
+
+
+def read_lines(path: Path, encoding: str) -> list[str]:
+    """The lines of a text file. What a power cut left (zero bytes, a torn last line) is not among them."""
+    try:
+        text = path.read_bytes().decode(encoding, errors='strict')
+    except OSError as error:
+        raise BadInput(f'{path}: cannot be read ({error.strerror})') from None
+    except (UnicodeDecodeError, LookupError) as error:
+        raise BadInput(f'{path}: is not {encoding} ({error})') from None
+    return text.lstrip('\ufeff').rstrip('\0').replace('\r\n', '\n').replace('\r', '\n').split('\n')
+
+
+def separator_of(lines: list[str]) -> str:
+    """What separates the columns: that by which most cells are numbers or times, in rows of equally many."""
+    some = [line for line in lines if line.strip()][-_ENOUGH:]
+    if some and sum(line.lstrip().startswith('{') for line in some) > 0.5 * len(some):
+        return JSON
+    if some and sum(_is_pairs(line) for line in some) > 0.5 * len(some):
+        return PAIRS
+    return max(_SEPARATORS, key=lambda separator: _score(some, separator))
+
+
+def _is_pairs(line: str) -> bool:
+    rest, count = _PAIR.subn('', _MONITOR.sub('', line))
+    return count >= 2 and not rest.strip(' \t,;|')
+
+
+def _score(lines: list[str], separator: str) -> float:
+    rows = [row.cells for row in _split(lines, separator)]
+    counts = [sum(map(is_value, row)) for row in rows]
+    usual = Counter(len(row) for row, count in zip(rows, counts, strict=True) if count).most_common(1)
+    if not usual or usual[0][0] < 2:
+        return 0.0
+    return float(sum(n for row, n in zip(rows, counts, strict=True) if len(row) == usual[0][0] and n > 1))
+
+
+def read_grid(path: Path, encoding: str, separator: str) -> Grid:
+    """A text file as rows of cells."""
+    lines = read_lines(path, encoding)
+    torn = lines[-1] != ''
+    if separator == JSON:
+        return Grid(tuple(_named(_objects(lines, path))))
+    if separator == PAIRS:
+        return Grid(tuple(_named((number_, _pairs(line)) for number_, line in enumerate(lines, 1) if _is_pairs(line))))
+    rows = list(_split(lines, separator))
+    if torn and len(rows) > 2 and len(rows[-1].cells) < len(rows[-2].cells):
+        rows.pop()
+    return Grid(tuple(rows))
+
+
+def _split(lines: list[str], separator: str) -> Iterator[Row]:
+    monitored = sum(bool(_MONITOR.match(line)) for line in lines) > 0.5 * len(lines)
+    if separator == SPACES:
+        for k, line in enumerate(lines, 1):
+            yield Row(k, _monitored(line.lstrip('#% ').split(), line, monitored))
+        return
+    reader = csv.reader(io.StringIO('\n'.join(lines)), delimiter=separator, skipinitialspace=True)
+    for cells in reader:
+        texts = [cell.strip() for cell in cells]
+        if texts and not reader.line_num > 1:
+            texts[0] = texts[0].lstrip('#% ')
+        yield Row(reader.line_num, _monitored(texts, ','.join(cells), monitored))
+
+
+def _monitored(cells: list[str], line: str, monitored: bool) -> tuple[str, ...]:
+    """The cells, the stamp of a serial monitor in one of its own."""
+    found = _MONITOR.match(line) if monitored else None
+    if not found or not cells:
+        return tuple(cells)
+    rest = cells[2:] if cells[:2] == [found[1], '->'] else [_MONITOR.sub('', cells[0]), *cells[1:]]
+    stamp = found[1] if any(number(cell) is not None for cell in rest) else 'serial monitor'
+    return (stamp, *rest)
+
+
+def _pairs(line: str) -> dict[str, str]:
+    return {name.strip(): value for name, value in _PAIR.findall(_MONITOR.sub('', line))}
+
+
+def _objects(lines: list[str], path: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    for k, line in enumerate(lines, 1):
+        if not line.lstrip().startswith('{'):
+            continue
+        try:
+            found = json.loads(line)
+        except ValueError as error:
+            if k >= len(lines) - 1:  # torn
+                return
+            raise BadInput(f'{path}: line {k} is no JSON ({error})') from None
+        yield k, {str(key): '' if value is None else str(value) for key, value in found.items()}
+
+
+def _named(rows: Iterator[tuple[int, dict[str, str]]]) -> Iterator[Row]:
+    """Rows of named values as a table; its headings are row 0, which the file does not have."""
+    found = list(rows)
+    names = list(dict.fromkeys(name for _, values in found for name in values))
+    yield Row(0, tuple(names))
+    for k, values in found:
+        yield Row(k, tuple(values.get(name, '') for name in names))

@@ -1,0 +1,90 @@
+"""Which column is the time, and what it counts; or how often was sampled, where only that is written."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.recording.lab.cells import clock, day, number, stamp, unit_in
+from tcp_muscle_ros.recording.lab.grid import Row
+from tcp_muscle_ros.recording.lab.headings import plain
+from tcp_muscle_ros.recording.lab.unit_names import unit_named
+from tcp_muscle_ros.recording.recording import Array
+from tcp_muscle_ros.recording.units import UNITS
+
+CLOCK, STAMP, DATE = 'clock', 'stamp', 'date'
+_RATE = re.compile(
+    r'(?:sampl\w*|abtast\w*|scan|data|logging)?[ _]*(?:rate|frequency|freq|frequenz)\W{0,4}([\d.,]+)\s*(k?hz|/s|sps)',
+    re.I,
+)
+_INTERVAL = re.compile(
+    r'(?:interval\w*|\w*intervall|\w*period\w*|間隔|delta[_ ]?[xt]|\bdt)\W{0,6}([\d.,]+)\s*([^\W\d]+)', re.I
+)
+_EPOCHS = ((1e8, 's'), (1e11, 'ms'), (1e14, 'us'), (1e17, 'ns'))  # a number of 2001 or later, in each unit
+_MOST = 200  # cells that are looked at
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What the cells of a column of times are: a unit, or ``clock``, ``stamp``, ``date``; the order of a date."""
+
+    unit: str
+    order: str = 'dmy'
+    note: str = ''
+
+
+def kind_of(cells: Sequence[str], unit: str | None, decimal: str) -> Kind | None:
+    """How a column of times is written; None where it is no time."""
+    some = [cell for cell in cells if cell]
+    some = some[:: max(len(some) // _MOST, 1)]
+    if not some:
+        return None
+    order = order_of(some)
+    for name, read in ((CLOCK, clock), (STAMP, lambda cell: stamp(cell, order)), (DATE, lambda cell: day(cell, order))):
+        if sum(read(cell) is not None for cell in some) > 0.9 * len(some):
+            return Kind(name, order)
+    values = [number(cell, decimal) for cell in some]
+    numbers = np.array([value for value in values if value is not None])
+    if len(numbers) < 0.9 * len(some):
+        return None
+    written = unit or unit_in(some[0])
+    if written:
+        return Kind(written) if UNITS[written].quantity == 'time' else None
+    return _without_unit(numbers)
+
+
+def _without_unit(numbers: Array) -> Kind:
+    epoch = [unit for least, unit in _EPOCHS if float(np.min(np.abs(numbers))) >= least]
+    if epoch:
+        return Kind(epoch[-1])
+    whole = bool(np.all(numbers == np.round(numbers)))
+    step = float(np.median(np.abs(np.diff(numbers)))) if len(numbers) > 1 else 0.0
+    unit = 'ms' if whole and step >= 5.0 else 's'
+    return Kind(unit, note=f'the time has no unit; taken as {unit}')
+
+
+def order_of(cells: Sequence[str]) -> str:
+    """The order of day, month and year in dates that do not begin with the year."""
+    first = cells[0]
+    parts = [re.findall(r'\d+', cell)[:2] for cell in cells]
+    if any(len(pair) == 2 and int(pair[0]) > 12 for pair in parts):
+        return 'dmy'
+    if any(len(pair) == 2 and int(pair[1]) > 12 for pair in parts) or re.search(r'[AaPp]\.?[Mm]', first):
+        return 'mdy'
+    return 'dmy' if '.' in first.split()[0] else 'mdy'
+
+
+def sampled_every(preamble: Sequence[Row]) -> float | None:
+    """The period (s) that is written above a table, as "Sample rate: 20 Hz" or "Intervall: 100 ms"."""
+    for row in preamble:
+        line = plain(' '.join(row.cells))
+        found = _INTERVAL.search(line)
+        if found:
+            unit, value = unit_named(found[2]), number(found[1]) or number(found[1], ',')
+            if unit and value and UNITS[unit].quantity == 'time':
+                return UNITS[unit].to_si(value)
+        found = _RATE.search(line)
+        if found and (value := number(found[1]) or number(found[1], ',')):
+            return 1.0 / (value * (1000.0 if found[2].lower() == 'khz' else 1.0))
+    return None

@@ -1,0 +1,127 @@
+"""The time of a table's rows: which columns make it up."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tcp_muscle_ros.recording.lab.cells import DAY_S, clock, day, number, stamp
+from tcp_muscle_ros.recording.lab.columns import Column
+from tcp_muscle_ros.recording.lab.draft import ColumnRef, DraftTime
+from tcp_muscle_ros.recording.lab.grid import Row
+from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, STAMP, Kind, kind_of, sampled_every
+from tcp_muscle_ros.recording.recording import Array
+from tcp_muscle_ros.recording.units import UNITS
+
+_COUNTER = 2.0**32  # at which micros() and millis() of a microcontroller begin anew
+
+
+def time_of(columns: Sequence[Column], preamble: Sequence[Row]) -> DraftTime | float | None:
+    """The column of times, or the period in s that is written above; None where there is neither.
+
+    A count of seconds comes before a stamp, for it is finer; a clock goes with its date and its fraction of a second.
+    """
+    kinds = {column.ref: _kind(column) for column in columns}
+    rising = [column for column in columns if (kind := kinds[column.ref]) and kind.unit in UNITS and _rises(column)]
+    if rising:
+        best = rising[0]
+        kind = kinds[best.ref]
+        assert kind is not None
+        return DraftTime(best.ref, kind.unit, wraps=_wraps(best))
+    for wanted in (STAMP, CLOCK):
+        for column in columns:
+            kind = kinds[column.ref]
+            if kind is not None and kind.unit == wanted:
+                return _with_companions(column, kind, columns, kinds)
+    return _increment(columns, preamble) or sampled_every(preamble)
+
+
+def _kind(column: Column) -> Kind | None:
+    """How the cells tell the time. A column without a heading may only be a clock or a stamp."""
+    if column.meaning.kind not in ('time', '', 'index'):
+        return None
+    kind = kind_of(column.cells, column.meaning.unit, '.' if not any(',' in c for c in column.cells) else ',')
+    if kind is not None and kind.unit in UNITS and column.meaning.kind != 'time':
+        return None
+    return kind
+
+
+def _rises(column: Column) -> bool:
+    """Does it mostly grow, as a time does and a fraction of a second does not?"""
+    found = [number(cell, decimal) for cell in column.cells for decimal in ('.',) if cell]
+    value = np.array([each for each in found if each is not None])
+    if len(value) < 0.5 * len(found):
+        value = np.array([each for each in (number(cell, ',') for cell in column.cells) if each is not None])
+    return len(value) > 1 and float(np.mean(np.diff(value) > 0.0)) > 0.6
+
+
+def _wraps(column: Column) -> float:
+    value = np.array([each for each in map(number, column.cells) if each is not None])
+    falls = np.flatnonzero(np.diff(value) < 0.0)
+    step = float(np.median(np.abs(np.diff(value)))) if len(value) > 1 else 0.0
+    near = [abs(value[k + 1] + _COUNTER - value[k]) < 20.0 * step for k in falls]
+    return _COUNTER if near and all(near) else 0.0
+
+
+def _with_companions(
+    column: Column, kind: Kind, columns: Sequence[Column], kinds: dict[ColumnRef, Kind | None]
+) -> DraftTime:
+    """A clock or stamp with the column of its date, and that of its milliseconds."""
+    date: ColumnRef | None = None
+    order = kind.order
+    for other in columns:
+        found = kinds[other.ref]
+        if kind.unit == CLOCK and found is not None and found.unit == DATE:
+            date, order = other.ref, found.order
+            break
+    for other in columns:
+        if other is column or other.meaning.kind in ('index', 'run'):
+            continue
+        values = [each for each in map(number, other.cells) if each is not None]
+        named = other.meaning.kind == 'fraction' or (other.meaning.kind == 'time' and other.meaning.unit == 'ms')
+        if named and len(values) == len(other.cells) and all(0.0 <= value < 1000.0 for value in values):
+            unit = other.meaning.unit if other.meaning.unit == 'ms' else 's'
+            return DraftTime(column.ref, kind.unit, order, date, other.ref, unit)
+    return DraftTime(column.ref, kind.unit, order, date)
+
+
+def _increment(columns: Sequence[Column], preamble: Sequence[Row]) -> float | None:
+    """Rigol: the period stands once, below the heading 'Increment'."""
+    for column in columns:
+        head, _, value = column.heading.partition(' ')
+        if head == 'Increment' and (found := number(value)):
+            return found
+    return None
+
+
+def times(columns: Sequence[Column], time: DraftTime, decimal: str) -> Array:
+    """The time of each row as it is written, in s; NaN where there is none. A clock that passes midnight goes on."""
+    cells = {column.ref: column.cells for column in columns}
+    own = cells[time.ref]
+    if time.unit in UNITS:
+        return UNITS[time.unit].to_si(unwrapped(_array([number(cell, decimal) for cell in own]), time.wraps))
+    value = _array([clock(cell) if time.unit == CLOCK else stamp(cell, time.order) for cell in own])
+    if time.date is not None:
+        value = value + _array([day(cell, time.order) for cell in cells[time.date]])
+    elif time.unit == CLOCK:
+        value = past_midnight(value)
+    if time.fraction is not None:
+        value = value + UNITS[time.fraction_unit].to_si(
+            _array([number(cell, decimal) for cell in cells[time.fraction]])
+        )
+    return value
+
+
+def unwrapped(value: Array, wraps: float) -> Array:
+    """A counter that begins anew at `wraps` as one that does not; 0: it never does."""
+    if not wraps:
+        return value
+    return value + wraps * np.concatenate([[0.0], np.cumsum(np.diff(value) < -0.5 * wraps)])
+
+
+def past_midnight(value: Array) -> Array:
+    """Times of day that pass midnight, in s, as times that go on."""
+    return value + DAY_S * np.concatenate([[0.0], np.cumsum(np.diff(value) < -0.5 * DAY_S)])
+
+
+def _array(values: Sequence[float | None]) -> Array:
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)

@@ -1,0 +1,51 @@
+"""How labs write units: to the names of ``units.UNITS``."""
+
+import unicodedata
+from collections.abc import Mapping
+from types import MappingProxyType
+
+# As they are written once NFKC, spaces and points are taken away; case counts, for mW is no MW.
+_WRITTEN = {
+    's': 's sec secs second seconds sek sekunde sekunden seg segundos secondes secondi 秒 Sec Second Seconds',
+    'ms': 'ms msec millis milliseconds millisecond msek ミリ秒 毫秒 milliseg',
+    'us': 'us µs μs usec micros microseconds',
+    'ns': 'ns nsec nanoseconds nanosec',
+    'min': 'min mins minute minutes minuten 分',
+    'h': 'h hr hrs hour hours Std 時間h',
+    'A': 'A a amp amps ampere amperes Amp Amps',
+    'mA': 'mA ma milliamp milliamps mAmp',
+    'uA': 'uA µA μA',
+    'V': 'V v volt volts Volt Volts VDC Vdc',
+    'mV': 'mV mv millivolt millivolts',
+    'W': 'W w watt watts Watt Watts',
+    'mW': 'mW mw milliwatt milliwatts',
+    'ohm': 'ohm ohms Ohm Ohms OHM Ω ω オーム 欧姆',
+    'mohm': 'mohm mohms mOhm mOhms mΩ milliohm milliohms',
+    'kohm': 'kohm kOhm kΩ KΩ kohms',
+    'm': 'm meter metre meters metres',
+    'cm': 'cm centimeter centimetre',
+    'mm': 'mm millimeter millimetre millimeters Millimeter ミリ',
+    'um': 'um µm μm micron microns micrometer',
+    'in': 'in inch inches "',
+    'N': 'N n newton newtons Newton Newtons',
+    'mN': 'mN mn millinewton millinewtons',
+    'kN': 'kN kn',
+    'g': 'g gf gram grams gramm 克 グラム grf',
+    'kg': 'kg kgf Kg KG',
+    'lbf': 'lbf lb lbs pound pounds',
+    'K': 'K k kelvin Kelvin degK',
+    'degC': 'degC °C ºC C c °c deg_C degc DegC Cel celsius Celsius Grad grad gradC 度 GradCelsius',
+    'degF': 'degF °F F f °f degf DegF fahrenheit Fahrenheit',
+}
+WRITTEN: Mapping[str, str] = MappingProxyType(
+    {word: name for name, words in _WRITTEN.items() for word in words.split()}
+)
+
+
+def unit_named(text: str) -> str | None:
+    """The unit that a text is, as 'Deg. C', '［ｍｍ］' or 'mΩ'; None where it is none."""
+    plain = unicodedata.normalize('NFKC', text).replace('Ω', 'Ω').strip()
+    if len(plain) > 1 and plain[0] in '[(<{' and plain[-1] in '])>}':
+        plain = plain[1:-1]
+    plain = plain.replace(' ', '').replace('.', '')
+    return WRITTEN.get(plain) or WRITTEN.get(plain[:1].lower() + plain[1:] if len(plain) > 3 else plain)

@@ -1,0 +1,103 @@
+"""Odd files as labs write them are understood without a map, or refused in one line that says what is missing."""
+
+import re
+from pathlib import Path
+
+import pytest
+import recording.labs.first_forty
+import recording.labs.further  # noqa: F401  enters its files
+from recording.labs.bench import FILES
+from recording.labs.check import wrong
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.import_map import read_import_map
+from tcp_muscle_ros.recording.lab.cells import clock, number, stamp
+from tcp_muscle_ros.recording.lab.guess import guess
+from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
+from tcp_muscle_ros.tool import main
+
+DOCUMENT = Path(__file__).resolve().parents[2] / 'docs' / 'lab_files.md'
+
+
+@pytest.mark.parametrize('file', FILES.values(), ids=list(FILES))
+def test_it_is_read_as_it_was_written_or_what_is_missing_is_said(file, tmp_path):
+    assert wrong(file, tmp_path) == ''
+
+
+def test_there_are_enough_of_them_and_the_document_lists_each_with_its_first_try():
+    assert len(FILES) >= 60
+    assert sum(not file.missing for file in FILES.values()) >= 55
+    table = DOCUMENT.read_text(encoding='utf-8')
+    assert [name for name in FILES if f'| `{name}` |' not in table] == []
+    right = len(re.findall(r'^\| `.*\| right \|', table, re.M))
+    assert f'{right} of {len(FILES)}' in table
+
+
+@pytest.mark.parametrize(
+    ('heading', 'unit_cell', 'expected'),
+    [
+        ('Weg/mm', '', Meaning('displacement', 'mm')),
+        ('I (mA)', '', Meaning('current', 'mA')),
+        ('Temp [°C]', '', Meaning('temperature', 'degC')),
+        ('T', '°C', Meaning('temperature', 'degC')),
+        ('t', 'ms', Meaning('time', 'ms')),
+        ('T_min', '', Meaning('temperature', None)),  # a minimum, no minutes
+        ('Temps (s)', '', Meaning('time', 's')),  # French; no temperature
+        ('Raumtemperatur (°C)', '', Meaning('ambient', 'degC')),
+        ('I_set (A)', '', Meaning('current', 'A', commanded=True)),
+        ('Humidity (%)', '', Meaning('', None)),
+    ],
+)
+def test_a_heading_means(heading, unit_cell, expected):
+    assert meaning(heading, unit_cell=unit_cell) == expected
+
+
+def test_cells():
+    assert [number(cell) for cell in ('1,234.5', '-3e-2', '0.5 sec', '+  23.4', '12.3.2025', 'OL', '1,5')] == [
+        1234.5, -0.03, 0.5, 23.4, None, None, None,
+    ]  # fmt: skip
+    assert number('1.234,5', ',') == 1234.5
+    assert number('0,500', ',') == 0.5
+    assert clock('2:03:22.5 PM') == 14 * 3600 + 3 * 60 + 22.5
+    assert stamp('2025-03-12T14:20:11+01:00', 'dmy') == stamp('12.03.2025 13:20:11', 'dmy')
+
+
+def test_the_command_shows_what_it_understood_and_writes_the_map_that_imports_the_same_again(tmp_path, capsys):
+    content, _ = FILES['messprotokoll.csv'].make()
+    file = tmp_path / 'messprotokoll.csv'
+    file.write_bytes(content)
+    assert main(['import', str(file), '--output', str(tmp_path / 'bags')]) == 0
+    shown = capsys.readouterr().out
+    for words in ("temperature   'Temp. [°C]' in degC", "cp1252, separated by ';', decimal commas, headings in row 7"):
+        assert words in shown
+    assert re.search(r'^ +0 +23\.42 +8e-06 +0$', shown, re.M), shown
+    written = tmp_path / 'bags' / 'import_map.yaml'
+    assert main(['import', str(file), '--map', str(written), '--output', str(tmp_path / 'again')]) == 0
+    first, second = (read_bag(tmp_path / name / 'messprotokoll') for name in ('bags', 'again'))
+    assert {name: list(first[name].value) for name in first} == {name: list(second[name].value) for name in second}
+    assert main(['import', str(file), '--output', str(tmp_path / 'bags')]) == 2  # nothing is overwritten ...
+    assert main(['import', str(file), '--output', str(tmp_path / 'bags'), '--force']) == 0  # ... unless it is said
+
+
+def test_what_cannot_be_understood_is_one_line_and_nothing_is_left(tmp_path, capsys):
+    content, _ = FILES['three_thermocouples.csv'].make()
+    file = tmp_path / 'three_thermocouples.csv'
+    file.write_bytes(content)
+    assert main(['import', str(file), '--output', str(tmp_path / 'bags')]) == 2
+    said = capsys.readouterr().err
+    assert said.count('\n') == 1 and 'temperature: 3 columns could be it' in said
+    assert [path.name for path in tmp_path.iterdir()] == ['three_thermocouples.csv']
+
+
+def test_a_name_that_yaml_takes_for_something_else_stays_a_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'on.csv').write_text('t (s),on [degC]\n' + ''.join(f'{k},{20 + k}\n' for k in range(9)))
+    assert main(['import', 'on.csv']) == 0
+    assert read_import_map(tmp_path / 'on' / 'import_map.yaml').runs[0].channels['temperature'].column == 'on [degC]'
+
+
+def test_a_binary_file_that_is_none_of_the_known_kinds_is_refused(tmp_path):
+    (tmp_path / 'run.bin').write_bytes(bytes(range(256)) * 9)
+    with pytest.raises(BadInput, match=r'is no text, no \.xlsx'):
+        guess(tmp_path / 'run.bin')
