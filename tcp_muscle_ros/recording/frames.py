@@ -1,0 +1,99 @@
+"""Recordings as pandas DataFrames, and the reverse. pandas (extra `labs`) is loaded when it is asked for."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
+from tcp_muscle_ros.recording.units import UNITS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+TIME = 'time_s'
+_START_NS = 1_000_000_000 * 1_000_000_000  # of what does not say when it was recorded
+
+
+def column_name(channel: str) -> str:
+    """The column of a channel, with its unit: ``temperature_degC``."""
+    return f'{channel}_{CHANNELS[channel].unit}'
+
+
+def to_frame(recording: Recording) -> 'pd.DataFrame':
+    """A recording as a DataFrame: the index ``time_s``, a column a channel with its unit, NaN where it has no sample.
+
+    ``frame.attrs`` has what is known of the run. BadInput: pandas is not installed.
+    """
+    pandas = _pandas()
+    channels = list(recording.channels.values())
+    times = [channel.time for channel in channels]
+    time = np.unique(np.concatenate(times)) if times else np.empty(0)
+    columns = {}
+    for channel in channels:
+        values = np.full(len(time), np.nan)
+        values[np.searchsorted(time, channel.time)] = UNITS[CHANNELS[channel.name].unit].from_si(channel.value)
+        columns[column_name(channel.name)] = values
+    frame = pandas.DataFrame(columns, index=pandas.Index(time, name=TIME))
+    frame.attrs = {str(key): value for key, value in recording.known.items()}
+    return frame
+
+
+def of_frame(frame: 'pd.DataFrame', name: str = 'frame') -> Recording:
+    """A DataFrame as a recording.
+
+    Columns are named as headings of a lab file are: ``temperature_degC``, ``I (mA)``, ``Weg [mm]``; without a unit that
+    of the channel's topic holds. The time is a column of that name, or else the index: s, or stamps.
+
+    BadInput: no column is a channel, two are the same, or the time does not rise.
+    """
+    meanings = {str(column): meaning(str(column)) for column in frame.columns}
+    named = [column for column, found in meanings.items() if found.kind == 'time']
+    time = _seconds(frame[named[0]] if named else frame.index, meanings[named[0]].unit if named else None, name)
+    channels: dict[str, Channel] = {}
+    for column, found in meanings.items():
+        channel = _channel_of(column, found)
+        if channel is None:
+            continue
+        if channel in channels:
+            raise BadInput(f"{name}: two columns are {channel}, the second is '{column}'; expected one")
+        value = np.asarray(frame[column], dtype=np.float64)
+        if found.kind in ('length', 'elongation'):
+            value = (value[0] if found.kind == 'length' else 0.0) - value
+        value = UNITS[found.unit or CHANNELS[channel].unit].to_si(value)
+        finite = np.isfinite(value)
+        channels[channel] = Channel(channel, time[finite], value[finite], f'/{CHANNELS[channel].topic}')
+    if not channels:
+        raise BadInput(f"{name}: no column is a channel of a muscle; expected such as '{column_name('temperature')}'")
+    known = {str(key): value for key, value in frame.attrs.items()}
+    return Recording(name, channels, _START_NS, known)
+
+
+def _channel_of(column: str, found: Meaning) -> str | None:
+    """The channel of a column: by its full name (``current_command_A``), else by what its heading means."""
+    exact = next((each for each in CHANNELS if column in (each, column_name(each))), None)
+    channel = exact or {'length': 'displacement', 'elongation': 'displacement'}.get(found.kind, found.kind)
+    return channel if channel in CHANNELS else None
+
+
+def _seconds(times: 'pd.Series | pd.Index', unit: str | None, name: str) -> Array:
+    values = np.asarray(times)
+    if values.dtype.kind in 'mM':
+        values = (values - values[:1]).astype('timedelta64[ns]').astype(np.float64) * 1e-9
+    try:
+        time: Array = UNITS[unit or 's'].to_si(values.astype(np.float64))
+    except (TypeError, ValueError):
+        raise BadInput(f'{name}: the time is {values.dtype}, expected seconds or stamps') from None
+    if not len(time) or not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0):
+        raise BadInput(f'{name}: the time does not rise from row to row')
+    since_first: Array = time - time[0]
+    return since_first
+
+
+def _pandas() -> Any:
+    try:
+        import pandas
+    except ModuleNotFoundError:
+        raise BadInput("DataFrames need pandas: pip install 'tcp_muscle_ros[labs]'") from None
+    return pandas

@@ -1,0 +1,54 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.frames import of_frame, to_frame
+from tcp_muscle_ros.recording.recording import Channel, Recording
+
+
+def test_a_recording_comes_back_from_its_frame():
+    time = np.arange(5) / 10
+    recording = Recording(
+        'run',
+        {
+            'temperature': Channel('temperature', time, 293.15 + time, '/temperature'),
+            'current_command': Channel('current_command', time[::2], time[::2], '/current_command'),
+        },
+        0,
+        {'end': 'load'},
+    )
+    frame = to_frame(recording)
+    assert list(frame.columns) == ['temperature_degC', 'current_command_A']
+    assert frame.index.name == 'time_s' and frame.attrs == {'end': 'load'}
+    assert frame['current_command_A'].isna().sum() == 2
+    again = of_frame(frame)
+    assert list(again) == list(recording) and again.known == {'end': 'load'}
+    for name in recording:
+        np.testing.assert_allclose(again[name].time, recording[name].time)
+        np.testing.assert_allclose(again[name].value, recording[name].value)
+
+
+def test_columns_as_a_lab_names_them_and_stamps():
+    stamps = pd.to_datetime('2025-03-12') + pd.to_timedelta([0.0, 0.5, 1.5], unit='s')
+    frame = pd.DataFrame(
+        {'I (mA)': [0, 100, 200], 'Länge [mm]': [150.0, 149, 148], 'note': ['a', 'b', 'c']}, index=stamps
+    )
+    recording = of_frame(frame)
+    np.testing.assert_allclose(recording['current'].value, [0, 0.1, 0.2])
+    np.testing.assert_allclose(recording['displacement'].value, [0, 1e-3, 2e-3], atol=1e-12)
+    np.testing.assert_allclose(recording['current'].time, [0, 0.5, 1.5])
+
+
+@pytest.mark.parametrize(
+    ('columns', 'said'),
+    [
+        ({'t': [0, 1], 'note': ['a', 'b']}, 'no column is a channel'),
+        ({'t': [0, 0], 'T (C)': [1, 2]}, 'does not rise'),
+        ({'t': [0, 1], 'T (C)': [1, 2], 'temp_degC': [1, 2]}, 'two columns are temperature'),
+        ({'t': ['x', 'y'], 'T (C)': [1, 2]}, 'expected seconds'),
+    ],
+)
+def test_what_is_no_recording_is_refused(columns, said):
+    with pytest.raises(BadInput, match=said):
+        of_frame(pd.DataFrame(columns))
