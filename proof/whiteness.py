@@ -12,7 +12,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.rivals import grow
-from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.muscle import LISTED
 
 LEVEL, LAGS = 0.01, 20
 TRIED, MOST = 2, 3  # refits at each step; effects at most
@@ -23,7 +23,7 @@ def select(case: Case) -> tuple[tuple[str, ...], Fit, bool]:
     problem = case.calibration.fit.problem.with_noise(quick_noise(case.experiments))
     fitted = fit(problem, case.calibration.fit.z, rounds=6, tolerance=1e-5)
     untried = skipped(case.experiments)
-    tried = [e for e in EFFECTS if e not in untried]
+    tried = [e for e in LISTED if e not in untried]
     named: list[str] = []
     while not white(fitted) and len(named) < MOST:
         ranked, _ = screen(fitted, [e for e in tried if e not in named])

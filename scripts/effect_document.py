@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.muscle.edges import EDGES, Edge
 from tcp_muscle_ros.muscle.effects.effect import STAGES, Effect
 from tcp_muscle_ros.muscle.parameter import Parameter
 
@@ -40,6 +41,23 @@ stroke over temperature has a direction that helps: with x = contraction, heatin
 clock_skew, creep, branch_cte and end_conduction, cooling for two_node, hysteresis and friction. A slower cycle shrinks
 it for all of these but branch_cte, hysteresis and friction.
 
+**Laws without a name.** `free_conductance`, `free_capacity`, `free_resistance`, `free_stroke`, `free_stiffness`,
+`free_slow_state` and `free_delay` stand for physics that no entry of this list holds: a table (`at`, `value`, in SI, so
+temperatures in K) over a quantity that drives it (`driver`), read as the natural cubic spline through its numbers.
+Beyond its table a law goes on straight, and the muscle is reported to be outside the model's domain. The default tables
+are examples. The controller inverts the tables of stroke and stiffness; where one turns the stroke back, it takes the
+branch up to the turn, and setpoints beyond it are refused. `stick_slip` moves at instants of chance, the same for the
+same seed. `diagnose` does not name them: a free law is no name, and chance has no slope for a fit.
+
+```yaml
+/**:
+  ros__parameters:
+    effects: [free_stroke]
+    free_stroke.driver: temperature
+    free_stroke.at: [296.0, 320.0, 350.0]     # K
+    free_stroke.value: [0.0, -0.002, -0.003]  # m
+```
+
 **Out of scope.** Rows of the catalogue without a name: E-07 inductance (0.3 to 1.2 uH, 20 to 80 ns: invisible below
 100 kHz), E-08 uneven current along the muscle (seen as thermocouple_gain), M-15 acceleration of the load as a force
 (below 0.01 N; the swing itself is inertia), X-01 humidity, pressure and orientation of the air from day to day (seen
@@ -60,10 +78,21 @@ def row(effect: Effect, parameter: Parameter) -> str:
     if parameter.name == effect.strength:
         name = f'**{name}** (none: {number(effect.none)})'
     bounds = f'{number(parameter.edge_low)} to {number(parameter.edge_high)}'
+    if parameter.spelled:
+        default, bounds = parameter.choices[round(parameter.value)], ', '.join(parameter.choices)
+        return f'| {name} | {default} | | {bounds} | {parameter.meaning} | {parameter.source} |'
     return (
         f'| {name} | {number(parameter.edge_value)} | {parameter.edge_unit} | {bounds} | {parameter.meaning} '
         f'| {parameter.source} |'
     )
+
+
+def array(edge: Edge) -> str:
+    """One array as a table row: its default, the bounds of each number."""
+    default = ', '.join(number(value) for value in edge.default)
+    bounds = f'{edge.fewest} to {len(edge.members)} numbers, each {number(edge.row.low)} to {number(edge.row.high)}'
+    unit = edge.unit or '1'
+    return f'| {edge.name} | [{default}] | {unit} | {bounds} | {edge.meaning} | {edge.source} |'
 
 
 def section(effect: Effect) -> str:
@@ -72,7 +101,12 @@ def section(effect: Effect) -> str:
     first, _, rest = text.strip().partition('\n')
     _, _, sentence = first.partition(': ')
     mark = f' ({effect.row})' if effect.row else ''
-    rows = '\n'.join(row(effect, parameter) for parameter in effect.parameters)
+    arrays = {m for column in effect.columns for m in (*column.members, column.count)}
+    rows = '\n'.join(row(effect, parameter) for parameter in effect.parameters if parameter.name not in arrays)
+    rows += ''.join('\n' + array(EDGES[f'{effect.name}.{column.name}']) for column in effect.columns)
+    if effect.free is not None:
+        of = ', '.join(f'{name} ({unit})' for name, unit in effect.free.drivers.items())
+        rows += f'\n\nDrivers: {of}.'
     return (
         f'### {effect.name}{mark}\n\n{sentence[0].upper()}{sentence[1:]}\n{rest}\n\nSource: {effect.source}.\n\n'
         '| parameter | default | unit | bounds | meaning | source |\n|---|---|---|---|---|---|\n'

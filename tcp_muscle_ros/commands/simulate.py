@@ -23,6 +23,7 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.commands.sensing import sensed
     from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_folder
     from tcp_muscle_ros.muscle import ZERO_CELSIUS, simulate
+    from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW
     from tcp_muscle_ros.recording.bag_writer import write_recording
     from tcp_muscle_ros.recording.protocol import END_OPTIONS, read_protocol
     from tcp_muscle_ros.recording.recording import Channel, Recording
@@ -74,7 +75,11 @@ def run(args: argparse.Namespace) -> int:
         f'{output}: {protocol.duration:g} s at {protocol.rate_hz:g} Hz; hottest {hot:.1f} degC, '
         f'largest contraction {1e3 * float(outputs.displacement.max()):.2f} mm'
     )
-    outside = float(np.mean(~outputs.in_domain))
+    in_range = (outputs.fibre_temperature >= DOMAIN_LOW) & (outputs.fibre_temperature <= DOMAIN_HIGH)
+    beyond = float(np.mean(in_range & ~outputs.in_domain))
+    if beyond:
+        print(f'note: {100 * beyond:.0f} % of the time a free law is asked beyond its table, where it goes on straight')
+    outside = float(np.mean(~in_range))
     if outside:
         print(
             f'note: {100 * outside:.0f} % of the time the fibre is outside 0 to 120 degC, where the model is not valid'

@@ -5,7 +5,8 @@ length that was measured under the present load. z* of the setpoint goes through
 map is wrong (stroke gain, stiffness) the error is in both and z = z* still means that the setpoint is met.
 """
 
-from tcp_muscle_ros.muscle import Parameters, length_at, temperature_for_length
+from tcp_muscle_ros.muscle import Parameters, length_at, shortening, temperature_for_length
+from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH
 
 _STEP = 0.05  # K, half of the difference that gives a slope
 
@@ -20,6 +21,14 @@ class Inverse:
     def displacement(self, temperature: float, load: float) -> float:
         """The contraction (m) at a temperature (K) under a load (N)."""
         return self._rest - length_at(self._model, temperature, load)
+
+    def furthest(self, load: float) -> float | None:
+        """The contraction (m) beyond which heating lengthens the muscle again; None where it never does.
+
+        A table may say so (``free_stroke``). A setpoint beyond it has no temperature on the branch that is used.
+        """
+        _, high = shortening(self._model, load)
+        return None if high >= DOMAIN_HIGH else self.displacement(high, load)
 
     def slope(self, temperature: float, load: float) -> float:
         """How much further the muscle contracts a kelvin, m/K; at least a tenth of what it does at T0 unloaded."""

@@ -19,7 +19,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.candidates import NEVER_TESTABLE
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.selection import Selection
-from tcp_muscle_ros.muscle import EFFECTS, Parameters
+from tcp_muscle_ros.muscle import LISTED, Parameters
 
 _LEAST_SAMPLES = 30
 _INERTIA_RATE = 8.0  # Hz: a hanging weight rings at 2 to 5 Hz, and must be seen twice a period
@@ -79,7 +79,7 @@ class _Work:
             return self._without_result('insufficient_data', 'the recordings fix none of the parameters')
         start = time.monotonic()
         untried = skipped(self.experiments)
-        testable = [e for e in EFFECTS if e not in untried]
+        testable = [e for e in LISTED if e not in untried]
         self.selection = self._selected(self.calibration, testable)
         if not settled and self._switched(self.selection.final):  # beside effects that hid it
             self.selection = self._selected(self.calibration, testable)
@@ -118,7 +118,7 @@ class _Work:
             findings=(),
             fit={},
             ranking=(),
-            not_testable=tuple(NotTestable(e, 'nothing was tested: ' + why) for e in EFFECTS),
+            not_testable=tuple(NotTestable(e, 'nothing was tested: ' + why) for e in LISTED),
             unexplained=None,
             next_experiment=None,
             nominal=self.nominal,

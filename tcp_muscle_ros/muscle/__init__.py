@@ -3,7 +3,7 @@
 Knows nothing of files, ROS or the time of day.
 """
 
-from tcp_muscle_ros.muscle.effects import EFFECTS
+from tcp_muscle_ros.muscle.effects import EFFECTS, LISTED
 from tcp_muscle_ros.muscle.effects.effect import Effect
 from tcp_muscle_ros.muscle.electrical import KINDS
 from tcp_muscle_ros.muscle.joint import Joint, Link
@@ -15,6 +15,7 @@ from tcp_muscle_ros.muscle.statics import (
     length,
     length_at,
     resistance,
+    shortening,
     steady_current,
     steady_temperature,
     stiffness,
@@ -28,6 +29,7 @@ __all__ = [
     'EFFECTS',
     'ENDS',
     'KINDS',
+    'LISTED',
     'SETS',
     'SPECIFICATIONS',
     'TABLE',
@@ -45,6 +47,7 @@ __all__ = [
     'length',
     'length_at',
     'resistance',
+    'shortening',
     'simulate',
     'steady_current',
     'steady_temperature',

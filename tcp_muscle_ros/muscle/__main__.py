@@ -17,6 +17,7 @@ from tcp_muscle_ros.muscle import (
     Parameters,
     length,
     length_at,
+    shortening,
     simulate,
     temperature_for_length,
     tension,
@@ -34,6 +35,7 @@ def compile_ahead() -> None:
     simulate(model, np.arange(3.0), 0.1)
     length(model, [model['T0']], 0.5)
     height = length_at(model, model['T0'], 0.5)
+    shortening(model, 0.5)
     temperature_for_length(model, height, tension(model, height, model['T0']))
 
 

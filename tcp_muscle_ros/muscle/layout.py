@@ -12,8 +12,8 @@ def _places() -> tuple[dict[str, slice], dict[str, slice], int, int, int]:
     coefficients, states = {}, {}
     begin = SIZE
     for effect in EFFECTS.values():
-        coefficients[effect.name] = slice(begin, begin + len(effect.parameters))
-        begin += len(effect.parameters)
+        coefficients[effect.name] = slice(begin, begin + len(effect.parameters) + effect.prepared)
+        begin = coefficients[effect.name].stop
     vector_size = begin
     begin = N_STATES
     integrated = begin

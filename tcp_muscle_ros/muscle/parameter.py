@@ -9,8 +9,9 @@ ZERO_CELSIUS = 273.15
 class Parameter:
     """A parameter in SI. ``absolute`` marks an absolute temperature: K inside, degC at the edge.
 
-    ``choices``: the value is the place of one of these names. ``fitted`` False: a fit leaves it as it is. ``crossed``:
-    the output (a name of Outputs) that has to cross this value for the effect to begin or end.
+    ``choices``: the value is the place of one of these names; ``spelled``: people and ROS write that name. ``fitted``
+    False: a fit leaves it as it is. ``crossed``: the output (a name of Outputs) that has to cross this value for the
+    effect to begin or end.
     """
 
     name: str
@@ -24,6 +25,7 @@ class Parameter:
     choices: tuple[str, ...] = ()
     fitted: bool = True
     crossed: str = ''
+    spelled: bool = False
 
     @property
     def edge_unit(self) -> str:

@@ -8,6 +8,7 @@ made from this table. SI inside, absolute temperatures in kelvin; the edge (file
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from math import isfinite
 from typing import Any
 
@@ -83,6 +84,19 @@ class Parameters(Mapping[str, float]):
         # Order and repetition carry no meaning; the registry's order is the one order.
         wanted = set(self.effects)
         object.__setattr__(self, 'effects', tuple(e for e in EFFECT_NAMES if e in wanted))
+        for effect in self.effects:
+            self._check_columns(effect)
+
+    def _check_columns(self, effect: str) -> None:
+        for column in EFFECTS[effect].columns:
+            if column.rising:
+                used = self.column(f'{effect}.{column.name}')
+                for k, (before, after) in enumerate(pairwise(used)):
+                    if not after > before:
+                        raise BadInput(
+                            f"parameter '{effect}.{column.name}': expected rising numbers; number {k + 2}, {after:g}, "
+                            f'is not above {before:g} before it'
+                        )
 
     @staticmethod
     def _check(name: str, value: object) -> None:
@@ -139,6 +153,22 @@ class Parameters(Mapping[str, float]):
     def __hash__(self) -> int:
         return hash((tuple(sorted(self.given.items())), self.effects))
 
+    def column(self, name: str) -> tuple[float, ...]:
+        """The numbers in use of an array, by its name (``free_stroke.value``)."""
+        effect, _, short = name.partition('.')
+        for column in EFFECTS[effect].columns if effect in EFFECTS else ():
+            if column.name == short:
+                return tuple(self[f'{effect}.{m}'] for m in column.members[: int(self[f'{effect}.{column.count}'])])
+        raise BadInput(f"unknown array '{name}'")
+
+    def stage(self, effect: str) -> str:
+        """The stage of an effect, which may be a choice of its parameters."""
+        definition = EFFECTS[effect]
+        if not definition.stage_by:
+            return definition.stage
+        name = f'{effect}.{definition.stage_by}'
+        return SPECIFICATIONS[name].choices[round(self[name])]
+
     @cached_property
     def vector(self) -> Array:
         """What the compiled model reads, shape (VECTOR_SIZE,): the table, constants made from it, effects."""
@@ -147,6 +177,9 @@ class Parameters(Mapping[str, float]):
             vector[_PLACES[name]] = value
         for name in DERIVED:
             vector[_PLACES[name]] = self[name]
+        for effect in self.effects:
+            if (prepare := EFFECTS[effect].prepare) is not None:
+                prepare(vector[COEFFICIENTS[effect]])
         vector[INDEX['modulus_at_T0']] = reference_modulus(vector)
         vector[INDEX['hottest']] = DOMAIN_HIGH
         vector[INDEX['fastest_rate']] = self._fastest_rate(vector)

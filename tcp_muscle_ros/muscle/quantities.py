@@ -46,7 +46,8 @@ _QUANTITIES = (
     SHOWN_CURRENT,
     SHOWN_VOLTAGE,
     SHOWN_POWER,
-) = range(40)
+    BEYOND,  # 1 when what a table depends on is outside it
+) = range(41)
 N_QUANTITIES = len(_QUANTITIES)
 
 # u: what is imposed, constant over a step. KIND: 0 current, 1 power, 2 voltage.

@@ -1,7 +1,8 @@
 """What the resolved model says without time: runaway, steady states, and its inverse.
 
-Used by the controller's feed-forward and by the documents. With the paper's stages only: of the effects
-``geometric_stiffening`` and the like enter through ``Muscle``, not here.
+Used by the controller's feed-forward and by the documents. With the paper's stages and, where they are on and depend on
+temperature or force, the tables of ``free_stroke`` (its heating branch) and ``free_stiffness``: they are what the
+controller inverts. Of the effects ``geometric_stiffening`` and the like enter through ``Muscle``, not here.
 """
 
 from math import inf, sqrt
@@ -10,12 +11,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.muscle.compiled import entry
+from tcp_muscle_ros.muscle.compiled import entry, inner
+from tcp_muscle_ros.muscle.effects import free_law, free_stiffness, free_stroke
+from tcp_muscle_ros.muscle.layout import COEFFICIENTS
 from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW, contraction_coefficient, modulus_ratio
 from tcp_muscle_ros.muscle.parameters import Parameters
 from tcp_muscle_ros.muscle.table import INDEX
 
 _H0, _K0, _B, _T0 = (INDEX[name] for name in ('H0', 'k0', 'B', 'T0'))
+_STROKE, _STIFFNESS = (COEFFICIENTS[effect.EFFECT.name].start for effect in (free_stroke, free_stiffness))
+_SHARE, _DRIVER, _VALUE, _curve = free_law.SHARE, free_law.DRIVER, free_law.VALUE, free_law.curve
+_STROKE_READY, _STROKE_BENDS = _STROKE + free_stroke.READY, free_stroke.BENDS
+_STIFFNESS_READY, _STIFFNESS_BENDS, _SOFTEST = (
+    _STIFFNESS + free_stiffness.READY,
+    free_stiffness.BENDS,
+    free_stiffness.LEAST,
+)
+_BY_TEMPERATURE, _BY_FORCE = free_stroke.BY_TEMPERATURE, free_stroke.BY_FORCE  # in both laws
+_STEP = 1.0  # K, by which a branch is looked for
 
 
 def critical_current(p: Parameters) -> float:
@@ -43,10 +56,27 @@ def resistance(p: Parameters, temperature: ArrayLike) -> Array:
     return np.asarray(p['R0'] * (1.0 + p['a_R'] * (np.asarray(temperature, dtype=np.float64) - p['T0'])))
 
 
+@inner
+def _table(p: Array, base: int, bends: int, temperature: float, force: float) -> float:
+    """What a free law adds, without time."""
+    value = 0.0
+    if p[base + _DRIVER] == _BY_TEMPERATURE:
+        value = p[base + _SHARE] * _curve(p, base, _VALUE, bends, temperature)
+    elif p[base + _DRIVER] == _BY_FORCE:
+        value = p[base + _SHARE] * _curve(p, base, _VALUE, bends, force)
+    return value
+
+
 @entry
 def _length(p: Array, temperature: float, force: float) -> float:
     thermal = p[_B] * contraction_coefficient(p, temperature) * (temperature - p[_T0])
-    height: float = p[_H0] + thermal + force / (p[_K0] * modulus_ratio(p, temperature))
+    height: float = p[_H0] + thermal
+    ratio = modulus_ratio(p, temperature)
+    if p[_STIFFNESS_READY] > 0.0:
+        ratio *= max(1.0 + _table(p, _STIFFNESS, _STIFFNESS_BENDS, temperature, force), _SOFTEST)
+    height += force / (p[_K0] * ratio)
+    if p[_STROKE_READY] > 0.0:
+        height += _table(p, _STROKE, _STROKE_BENDS, temperature, force)
     return height
 
 
@@ -57,9 +87,31 @@ def _lengths(p: Array, temperature: Array, force: Array, out: Array) -> None:
 
 
 @entry
-def _invert(p: Array, height: float, force: float) -> float:
-    """Bisect T in the domain on the heating side: the length falls with T there."""
+def _branch(p: Array, force: float) -> tuple[float, float]:
+    """The temperatures (K) between which heating shortens the muscle; of several such stretches the first from T0 on.
+
+    The paper's own model shortens all over the domain; a table need not.
+    """
     low, high = DOMAIN_LOW, DOMAIN_HIGH
+    if p[_STROKE_READY] == 0.0 and p[_STIFFNESS_READY] == 0.0:
+        return low, high
+    begin = p[_T0]
+    while begin + _STEP < high and _length(p, begin + _STEP, force) >= _length(p, begin, force):
+        begin += _STEP
+    end = begin
+    while end + _STEP < high and _length(p, end + _STEP, force) < _length(p, end, force):
+        end += _STEP
+    if end + _STEP >= high and _length(p, high, force) < _length(p, end, force):
+        end = high
+    while begin - _STEP > low and _length(p, begin - _STEP, force) > _length(p, begin, force):
+        begin -= _STEP
+    return begin if begin - _STEP > low else low, end
+
+
+@entry
+def _invert(p: Array, height: float, force: float) -> float:
+    """Bisect T on the branch on which the length falls with T."""
+    low, high = _branch(p, force)
     for _ in range(60):
         middle = 0.5 * (low + high)
         if _length(p, middle, force) > height:
@@ -91,16 +143,34 @@ def stiffness(p: Parameters, temperature: ArrayLike) -> Array:
 def temperature_for_length(p: Parameters, height: float, force: float) -> float:
     """The temperature (K) at which the muscle has this length (m) under this tension (N).
 
-    Between 0 and 120 degC; the nearer end of that range for lengths that no temperature in it gives.
+    Between 0 and 120 degC, and where a free law turns the stroke back, on the first branch (``shortening``); the nearer
+    end of it for lengths that no temperature in it gives.
     """
     return float(_invert(p.vector, float(height), float(force)))
+
+
+def shortening(p: Parameters, force: float) -> tuple[float, float]:
+    """The temperatures (K) between which heating shortens the muscle under this tension (N); the first such stretch."""
+    low, high = _branch(p.vector, float(force))
+    return float(low), float(high)
 
 
 @entry
 def _pull(p: Array, height: float, temperature: float) -> float:
     thermal = p[_B] * contraction_coefficient(p, temperature) * (temperature - p[_T0])
     pull: float = p[_K0] * modulus_ratio(p, temperature) * (height - p[_H0] - thermal)
-    return max(0.0, pull)
+    if p[_STROKE_READY] == 0.0 and p[_STIFFNESS_READY] == 0.0:
+        return max(0.0, pull)
+    low, high = 0.0, max(pull, 1e-3)
+    while _length(p, temperature, high) < height and high < 1e6:
+        high *= 2.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if _length(p, temperature, middle) < height:
+            low = middle
+        else:
+            high = middle
+    return low if low > 0.0 else 0.0
 
 
 def tension(p: Parameters, height: float, temperature: float) -> float:

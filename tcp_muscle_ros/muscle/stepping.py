@@ -18,6 +18,7 @@ from tcp_muscle_ros.muscle.electrical import VOLTAGE, joule_heating, resistance_
 from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW, contraction_coefficient, modulus_ratio
 from tcp_muscle_ros.muscle.quantities import (
     AMBIENT,
+    BEYOND,
     CAPACITY,
     COMMAND,
     COMPLIANCE,
@@ -324,6 +325,7 @@ def _show(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array) -> None
     q[SHOWN_CURRENT] = q[CURRENT]
     q[SHOWN_VOLTAGE] = q[CURRENT] * (q[RESISTANCE] + q[SERIES])
     q[SHOWN_POWER] = q[POWER]
+    q[BEYOND] = 0.0
     _sensor(q, p, on, x, work[0])
 
 
@@ -340,7 +342,7 @@ def _observe(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, y: A
     y[Y_CURRENT] = q[SHOWN_CURRENT]
     y[Y_VOLTAGE] = q[SHOWN_VOLTAGE]
     y[Y_POWER] = q[SHOWN_POWER]
-    y[Y_IN_DOMAIN] = 1.0 if DOMAIN_LOW <= q[TEMPERATURE] <= DOMAIN_HIGH else 0.0
+    y[Y_IN_DOMAIN] = 1.0 if DOMAIN_LOW <= q[TEMPERATURE] <= DOMAIN_HIGH and q[BEYOND] == 0.0 else 0.0
     y[Y_SLACK] = q[SLACK]
 
 

@@ -129,7 +129,10 @@ class ControlledMuscle(SafeMuscle):
     def take_setpoint(self, message: Float64) -> None:
         """Where it is to be, m."""
         # Nothing moves by more than its own fibre: a larger number is a wrong unit.
-        if self.within('displacement_setpoint', message.data, -self._model['L0'], self._model['L0'], 'm'):
+        length = self._model['L0']
+        furthest = self._inverse.furthest(self.settings['load_n'] if self._load is None else self._load)
+        most = length if furthest is None else min(length, furthest)
+        if self.within('displacement_setpoint', message.data, -length, most, 'm'):
             self._setpoint = message.data
 
     def _take_feedback(self, message: Float64) -> None:

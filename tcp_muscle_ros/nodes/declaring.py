@@ -113,5 +113,5 @@ def _listed(settings: Settings, names: Iterable[str]) -> str:
 
 def _plain(value: object) -> str:
     if isinstance(value, tuple):
-        return '[' + ', '.join(value) + ']'
+        return '[' + ', '.join(_plain(item) for item in value) + ']'
     return f'{value:g}' if isinstance(value, float) else str(value)

@@ -1,34 +1,42 @@
 """The nodes' ROS parameters, declared from the two tables in which each is written once.
 
-What the muscle is stands in ``muscle.SPECIFICATIONS``, how it is run in ``operating.OPERATING``.
+What the muscle is stands in ``muscle.edges.EDGES``, how it is run in ``operating.OPERATING``.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 
 from tcp_muscle_ros.control.safety import Limits
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS, Parameter, Parameters
+from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.muscle.edges import EDGES, Edge, check_whole, inside
 from tcp_muscle_ros.settings.operating import BOTH, OPERATING, Operating, read_value, shown
 
-Value = float | int | bool | str | tuple[str, ...]
+Value = float | int | bool | str | tuple[str, ...] | tuple[float, ...]
 
 _GEOMETRY = ('L0', 'H0', 'D0')
 _DECLARED_BY_RCLPY = ('use_sim_time', 'start_type_description_service')
 _LARGEST_INTEGER = 2**63 - 1
 
 
-def _of_the_muscle(name: str, row: Parameter) -> Operating:
+def _of_the_muscle(name: str, edge: Edge) -> Operating:
+    row, default = edge.row, edge.default
+    meaning = f'{edge.meaning}; {edge.source}'
+    if isinstance(default, tuple):
+        many = Operating(name, default, edge.unit, meaning, BOTH, row.low, row.high, same_as=edge.follows)
+        return replace(many, fewest=edge.fewest, most=len(edge.members))
+    if isinstance(default, str):
+        return Operating(name, default, '', meaning, BOTH, choices=row.choices)
     # Zero stands for "derived from the others" where the table says so: then the bounds must reach it.
-    low, high = min(row.edge_low, row.edge_value), max(row.edge_high, row.edge_value)
-    meaning = f'{row.meaning}; {row.source}'
-    return Operating(name, row.edge_value, row.edge_unit, meaning, BOTH, low, high, read_only=name in _GEOMETRY)
+    low, high = min(row.edge_low, default), max(row.edge_high, default)
+    return Operating(name, default, edge.unit, meaning, BOTH, low, high, read_only=name in _GEOMETRY)
 
 
 KNOWN: Mapping[str, Operating] = {
-    **{name: _of_the_muscle(name, row) for name, row in SPECIFICATIONS.items()},
+    **{name: _of_the_muscle(name, edge) for name, edge in EDGES.items()},
     **OPERATING,
 }
 
@@ -57,7 +65,9 @@ def descriptor(row: Operating) -> ParameterDescriptor:
     made = ParameterDescriptor(name=row.name, description=f'{row.meaning}{unit}', read_only=row.read_only)
     if row.choices:
         made.additional_constraints = 'one of: ' + ', '.join(row.choices)
-    if isinstance(row.default, float):
+    if isinstance(row.default, tuple):
+        made.additional_constraints = f'{row.fewest} to {row.most} numbers, each {row.low:g} to {row.high:g}'
+    elif isinstance(row.default, float):
         made.floating_point_range = [FloatingPointRange(from_value=float(row.low), to_value=float(row.high), step=0.0)]
     elif isinstance(row.default, int) and not isinstance(row.default, bool):
         high = min(int(row.high), _LARGEST_INTEGER)
@@ -91,8 +101,8 @@ class Settings(Mapping[str, Any]):
         Raises:
             BadInput: a value outside its bounds.
         """
-        given = {name: row.from_edge(self[name]) for name, row in SPECIFICATIONS.items() if name in self}
-        return Parameters(given).with_effects(*self['effects'])
+        given = {name: self[name] for name in EDGES if name in self}
+        return Parameters(inside(given)).with_effects(*self['effects'])
 
     def limits(self, *, command_timeout: float) -> Limits:
         """The safety limits that these values describe.
@@ -150,6 +160,7 @@ def read(overrides: Mapping[str, object], owner: str) -> Settings:
             taken[name] = read_value(KNOWN[name], value)  # the other node's too: a mistake is one wherever it stands
         elif name != 'effects' and not of_rclpy(name):
             raise BadInput(f"unknown parameter '{name}'{nearest(name, ('effects', *KNOWN))}")
+    check_whole(taken)
     effects = read_effects(overrides.get('effects'))
     values: dict[str, Value] = {'effects': effects}
     for name, row in KNOWN.items():

@@ -11,6 +11,7 @@ from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.safety import Kind, Limits, celsius
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Reading
+from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW
 from tcp_muscle_ros.muscle.sensors import Noise, Sensor
 from tcp_muscle_ros.nodes.home import SimHome
 from tcp_muscle_ros.nodes.parameters import Settings
@@ -186,8 +187,10 @@ class SimMuscle(SafeMuscle):
 
     def worries(self) -> Iterable[str]:
         """What the model cannot vouch for."""
-        if not self._reading.in_domain:
+        if not DOMAIN_LOW <= self._reading.fibre_temperature <= DOMAIN_HIGH:
             yield "outside the model's domain (0 to 120 degC)"
+        elif not self._reading.in_domain:
+            yield 'outside the table of a free law, which goes on straight'
         if self._reading.slack:
             yield 'slack: a muscle cannot push'
 

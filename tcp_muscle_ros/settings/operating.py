@@ -8,8 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.muscle.edges import read_numbers
 
-Default = float | int | bool | str
+Default = float | int | bool | str | tuple[float, ...]
 
 DEFAULT_SET = 'karami_tadesse_2017'  # the muscle, where none is named
 SIM, CONTROL = 'sim_node', 'controller_node'
@@ -21,6 +22,7 @@ _HUGE = 1e9
 class Operating:
     """One operating parameter. ``low`` and ``high`` bound numbers; ``choices`` lists the words it may be.
 
+    A default of several numbers makes it an array of ``fewest`` to ``most`` of them.
     ``same_as``: where it is not given, the value of that parameter. ``per_node``: one value for all muscles of a node.
     """
 
@@ -35,6 +37,14 @@ class Operating:
     read_only: bool = False
     same_as: str = ''
     per_node: bool = False
+    fewest: int = 0
+    most: int = 0
+
+    @property
+    def number(self) -> float:
+        """The default of one that is a number."""
+        assert isinstance(self.default, int | float)
+        return float(self.default)
 
 
 _ROWS = (
@@ -183,6 +193,8 @@ def read_value(row: Operating, value: object) -> Default:
     Raises:
         BadInput: a wrong type, outside the bounds, or none of the choices.
     """
+    if isinstance(row.default, tuple):
+        return read_numbers(row.name, value, row.low, row.high, row.fewest, row.most, row.unit)
     kind = type(row.default)
     if kind is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)

@@ -12,10 +12,11 @@ from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.files.yaml_text import NotYaml, parse
-from tcp_muscle_ros.muscle import EFFECTS, SETS, SPECIFICATIONS, TABLE, Parameters
+from tcp_muscle_ros.muscle import SETS, TABLE, Parameters
+from tcp_muscle_ros.muscle.edges import EDGES, EdgeValue, inside, names, outside
 from tcp_muscle_ros.settings.operating import MUSCLES, OPERATING, read_value
 
-Value = float | int | bool | str | list[str]
+Value = float | int | bool | str | list[str] | tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def read(path: str | Path) -> ParameterFile:
 
 def from_names(flat: Mapping[str, object]) -> ParameterFile:
     """A muscle from ROS names and edge values (degC for absolute temperatures). Raises BadInput as ``read``."""
-    values: dict[str, float] = {}
+    values: dict[str, EdgeValue] = {}
     operating: dict[str, Value] = {}
     effects: tuple[str, ...] = ()
     several = flat.get(MUSCLES) or []
@@ -63,14 +64,13 @@ def from_names(flat: Mapping[str, object]) -> ParameterFile:
     for name, value in flat.items():
         if name == 'effects':
             effects = _effects(value)
-        elif name in SPECIFICATIONS:
-            row = SPECIFICATIONS[name]
-            values[name] = row.from_edge(_number(name, value, row.edge_unit))
+        elif name in EDGES:
+            values[name] = _edge(name, value)
         elif name in OPERATING:
             operating[name] = _operating(name, value)
         else:
-            raise BadInput(f"unknown parameter '{name}'{nearest(name, [*SPECIFICATIONS, *OPERATING, 'effects'])}")
-    return ParameterFile(Parameters(values, effects), operating)
+            raise BadInput(f"unknown parameter '{name}'{nearest(name, [*EDGES, *OPERATING, 'effects'])}")
+    return ParameterFile(Parameters(inside(values), effects), operating)
 
 
 def write(
@@ -111,10 +111,7 @@ def render(
     if not parameters.effects:
         lines[-1] = "    effects: ['']  # none (ROS has no empty list of strings in YAML)"
     for name in chosen:
-        row = SPECIFICATIONS[name]
-        # A derived parameter that was not given stays "derived" when written.
-        value = parameters.given.get(name, row.value)
-        lines.append(f'    {f"{name}: {number_text(row.to_edge(value))}":<34} # {note(name)}')
+        lines.append(f'    {f"{name}: {_text(outside(parameters, name))}":<34} # {note(name)}')
     for name, setting in (operating or {}).items():
         lines.append(f'    {name}: {_text(setting)}')
     return '\n'.join(lines) + '\n'
@@ -122,15 +119,13 @@ def render(
 
 def default_names(parameters: Parameters) -> list[str]:
     """The table's rows, then the parameters of the effects that are on."""
-    return [row.name for row in TABLE] + [
-        f'{effect}.{row.name}' for effect in parameters.effects for row in EFFECTS[effect].parameters
-    ]
+    return [row.name for row in TABLE] + [name for effect in parameters.effects for name in names(effect)]
 
 
 def describe(name: str) -> str:
     """Unit, meaning and source of a parameter in one line."""
-    row = SPECIFICATIONS[name]
-    return f'{row.edge_unit}; {row.meaning}; {row.source}'
+    edge = EDGES[name]
+    return '; '.join(part for part in (edge.unit, edge.meaning, edge.source) if part)
 
 
 def number_text(value: float) -> str:
@@ -145,6 +140,8 @@ def _text(value: Value) -> str:
         return 'true' if value else 'false'
     if isinstance(value, float):
         return number_text(value)
+    if isinstance(value, tuple):
+        return f'[{", ".join(number_text(number) for number in value)}]'
     return str(value)
 
 
@@ -216,6 +213,15 @@ def as_ros_reads(value: object) -> object:
         return float(value) if isinstance(value, str) else value
     except ValueError:
         return value
+
+
+def _edge(name: str, value: object) -> EdgeValue:
+    edge = EDGES[name]
+    if edge.count and isinstance(value, list):
+        return tuple(_number(name, number, edge.unit) for number in value)
+    if edge.count:
+        raise BadInput(f"parameter '{name}' = {value}: expected a list of numbers, such as {_text(edge.default)}")
+    return str(value) if edge.row.spelled else _number(name, value, edge.row.edge_unit)
 
 
 def _number(name: str, value: object, unit: str) -> float:

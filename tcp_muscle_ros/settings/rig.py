@@ -19,6 +19,7 @@ Intervals are those of 90 %.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS
@@ -108,12 +109,12 @@ _LIMITS = {
 class RigLimits:
     """What a rig can do, SI. ``loads``: those that can be hung, N; none: the load stays as it is."""
 
-    largest_current: float = float(_LIMITS['largest_current_a'].default)
-    highest_temperature: float = float(_LIMITS['highest_temperature_c'].default) + ZERO_CELSIUS
+    largest_current: float = _LIMITS['largest_current_a'].number
+    highest_temperature: float = _LIMITS['highest_temperature_c'].number + ZERO_CELSIUS
     loads: tuple[float, ...] = ()
     by_person: bool = True
     held_end: bool = False
-    longest_run: float = float(_LIMITS['longest_run_s'].default)
+    longest_run: float = _LIMITS['longest_run_s'].number
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,7 @@ def _bounded(entry: Section, key: str, row: Operating) -> float:
 
 def _limits(entry: Section) -> RigLimits:
     entry.only(*_LIMITS, 'loads_n')
-    given = {name: row.default for name, row in _LIMITS.items()}
+    given: dict[str, Any] = {name: row.default for name, row in _LIMITS.items()}
     for name in entry.names():
         if name == 'loads_n':
             continue

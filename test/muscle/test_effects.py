@@ -6,6 +6,7 @@ from math import cosh, log, tanh
 import numpy as np
 import pytest
 from muscle.effect_runs import LOADS, NOMINAL, baseline, e0, protocol
+from scipy.interpolate import CubicSpline
 
 from tcp_muscle_ros.muscle import EFFECTS, Muscle, Outputs, Parameters, simulate
 from tcp_muscle_ros.muscle.layout import STATES
@@ -47,6 +48,7 @@ CATALOGUE = {
     'inertia': ('M-13', 'mechanical'),
     'friction': ('M-14', 'mechanical'),
     'torsional_leakage': ('M-16', 'mechanical'),
+    'stick_slip': ('', 'mechanical'),
     'thermocouple_lag': ('S-01', 'sensor'),
     'thermocouple_gain': ('S-02', 'sensor'),
     'temperature_offset': ('S-03', 'sensor'),
@@ -54,6 +56,14 @@ CATALOGUE = {
     'displacement_offset': ('', 'sensor'),
     'clock_skew': ('S-05', 'sensor'),
     'current_gain': ('', 'sensor'),
+    # Laws without a name, and so without a row.
+    'free_conductance': ('', 'thermal'),
+    'free_capacity': ('', 'thermal'),
+    'free_resistance': ('', 'electrical'),
+    'free_stroke': ('', 'mechanical'),
+    'free_stiffness': ('', 'mechanical'),
+    'free_slow_state': ('', 'mechanical'),
+    'free_delay': ('', 'mechanical'),
 }
 NOISE = {'temperature': 0.2, 'resistance': 0.02, 'displacement': 5e-5}
 INVISIBLE = {'elastocaloric'}  # at constant force nothing is left of it
@@ -107,7 +117,7 @@ def test_without_strength_it_is_the_resolved_model(name):
         assert channels(run)[channel] == pytest.approx(values, abs=1e-9, rel=0.0), channel
 
 
-@every_effect
+@pytest.mark.parametrize('name', [name for name, effect in EFFECTS.items() if not effect.chance])
 def test_it_grows_from_nothing_in_proportion(name):
     """A fit that starts at nothing sees a slope."""
     effect = EFFECTS[name]
@@ -188,6 +198,10 @@ def test_heat_is_booked(name):
         risen = width * log(cosh((end - middle) / width) / cosh((start - middle) / width)) / (end - start)
         mean = 1.0 + c * width * (risen - tanh((296.15 - middle) / width))
         assert gained == pytest.approx(stored * mean, rel=1e-8)
+    elif name == 'free_capacity':
+        p = muscle.parameters
+        law = CubicSpline(p.column('free_capacity.at'), p.column('free_capacity.value'), bc_type='natural')
+        assert gained == pytest.approx(stored + NOMINAL['C'] * law.integrate(start, end), rel=1e-8)
     elif name == 'latent_heat':
         assert gained > stored
     else:

@@ -32,7 +32,7 @@ from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained, loca
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
+from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
 
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
 LEAST_SIGNAL = 3.0
@@ -155,7 +155,7 @@ def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[Not
     )
     found += [
         NotTestable(name, hidden)
-        for name in EFFECTS
+        for name in LISTED
         if name not in untried and name not in chosen and selection.first.signals.get(name, 0.0) < LEAST_SIGNAL
     ]
     return tuple(found)

@@ -20,6 +20,13 @@ from tcp_muscle_ros.muscle.effects import (
     exposed_area,
     fatigue,
     first_cycle,
+    free_capacity,
+    free_conductance,
+    free_delay,
+    free_resistance,
+    free_slow_state,
+    free_stiffness,
+    free_stroke,
     friction,
     geometric_stiffening,
     heat_capacity,
@@ -35,6 +42,7 @@ from tcp_muscle_ros.muscle.effects import (
     resistance_strain,
     shear_softening,
     slack,
+    stick_slip,
     supply_lag,
     tcr_curvature,
     temperature_offset,
@@ -53,6 +61,7 @@ _MODULES = (
     contact_resistance,
     tcr_curvature,
     resistance_drift,
+    free_resistance,
     supply_lag,
     natural_convection,
     radiation,
@@ -66,6 +75,8 @@ _MODULES = (
     two_node,
     end_conduction,
     elastocaloric,
+    free_conductance,
+    free_capacity,
     creep,
     viscous_flow,
     hysteresis,
@@ -80,7 +91,12 @@ _MODULES = (
     fatigue,
     inertia,
     friction,
+    stick_slip,
     torsional_leakage,
+    free_stroke,
+    free_stiffness,
+    free_slow_state,
+    free_delay,
     thermocouple_lag,
     thermocouple_gain,
     temperature_offset,
@@ -91,3 +107,5 @@ _MODULES = (
 )
 
 EFFECTS: Mapping[str, Effect] = {module.EFFECT.name: module.EFFECT for module in _MODULES}
+# Those that the diagnosis may name; the others wait for a way of finding them, or are no hypothesis by themselves.
+LISTED = tuple(name for name, effect in EFFECTS.items() if effect.listed)

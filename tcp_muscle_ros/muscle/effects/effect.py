@@ -47,6 +47,37 @@ def _nothing_fast(c: Any, p: Any) -> float:
 
 
 @dataclass(frozen=True)
+class Column:
+    """An array as files and ROS see it. Inside each of its numbers is a parameter: ``members``, in order.
+
+    ``count`` names the parameter that says how many of the members are in use. ``follows``: where it is not given, it
+    has the values of that column. ``rising``: each number is above the one before.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    members: tuple[str, ...]
+    count: str
+    follows: str = ''
+    rising: bool = False
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """What a fit needs to know of a law without a name (the fit itself: ``muscle/free_basis.py``).
+
+    ``drivers``: name and unit of what the law may depend on, in the order of its parameter ``driver``. ``width``: the
+    standard deviation of the law's values before anything is known, in the unit of its values; ``bend``: that of the
+    second differences between values at knots that lie a quarter of the driver's range apart.
+    """
+
+    drivers: Mapping[str, str]
+    width: float
+    bend: float
+
+
+@dataclass(frozen=True)
 class Effect:
     """One effect: its name in parameters and reports, its row in the catalogue, and its hooks.
 
@@ -57,7 +88,10 @@ class Effect:
     ``moments``: its parameters that are instants or spans of a recording; ``whole``: one that is a recording's length;
     ``age``: one that counts the muscle's cycles or seconds before it. ``unexpected``: none is known of this fibre in
     the model's domain, so that of two that explain the same the other is named. ``one_way``: what causes it moves it
-    from ``none`` towards the usual value, hardly ever the other way.
+    from ``none`` towards the usual value, hardly ever the other way. ``listed``: the diagnosis may name it. ``chance``:
+    its instants are chance, so that it has no slope for a fit to follow. ``columns``: which of its parameters are the
+    numbers of an array. ``prepare(c)`` fills the ``prepared`` numbers that stand behind its parameters in ``c``.
+    ``stage_by``: the parameter whose choice is its stage, where it may be of several. ``free``: it has no name.
     """
 
     name: str
@@ -78,6 +112,13 @@ class Effect:
     age: str = ''
     unexpected: bool = False
     one_way: bool = False
+    listed: bool = True
+    chance: bool = False
+    columns: tuple[Column, ...] = ()
+    prepared: int = 0
+    prepare: Callable[[Any], None] | None = None
+    stage_by: str = ''
+    free: Freedom | None = None
 
     @property
     def fitted(self) -> tuple[Parameter, ...]:

@@ -1,0 +1,98 @@
+"""Free stroke: a law of the length that has no name, given as a table; on cooling another where one is given.
+
+    H -> H + f(x),   x a temperature, force or the time
+    f = fh while it heats, fc while it cools; after a turn the one goes over into the other within about 10 K
+
+``value`` is fh, and fc where ``cooling`` does not give another. Like all of the loop, the change from branch to branch
+is one of the way of the temperature and not of the time (Duhem). It begins as after cooling.
+"""
+
+from math import exp
+
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.compiled import inner
+from tcp_muscle_ros.muscle.effects import free_law as law
+from tcp_muscle_ros.muscle.effects.effect import Column, Effect, Freedom
+from tcp_muscle_ros.muscle.quantities import CORE_TEMPERATURE, EXTRA, FORCE, TIME
+
+TRAVEL = 10.0  # K, over which a turn changes branch
+_DRIVERS = law.drivers('temperature', 'force', 'time')
+_PLACES = (CORE_TEMPERATURE, FORCE, TIME)
+BY_TEMPERATURE, BY_FORCE = range(2)  # places of drivers
+_MEANING = 'elongation there'
+_COOLING_MEANING = 'elongation there while it cools'
+_COOLING = law.OWN
+BENDS = _COOLING + law.KNOTS
+_COOLING_BENDS = BENDS + law.PREPARED
+READY = _COOLING_BENDS + law.PREPARED  # 1 where the law is on: what is read without hooks asks it (statics.py)
+_TWO = READY + 1  # 1 where cooling has values of its own
+_SHARE, _VALUE = law.SHARE, law.VALUE
+_curve, _driver, _mark = law.curve, law.driver, law.mark
+_DEFAULT = (0.001, 0.0, -0.001, -0.004)
+
+
+@inner
+def _branch(temperature: float, s: Array) -> float:
+    """1 heating, -1 cooling, and between them after a turn."""
+    way = temperature - s[0]
+    goal = 1.0 if way > 0.0 else -1.0
+    value: float = goal + (s[1] - goal) * exp(-abs(way) / TRAVEL)
+    return value
+
+
+def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """The elongation that the law adds."""
+    x = _driver(q, c, BENDS)
+    value = _curve(c, 0, _VALUE, BENDS, x)
+    if c[_TWO] > 0.0:
+        cooling = 0.5 * (1.0 - _branch(q[CORE_TEMPERATURE], s))
+        value += cooling * (_curve(c, 0, _COOLING, _COOLING_BENDS, x) - value)
+    q[EXTRA] += c[_SHARE] * value
+
+
+def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """Is the table asked outside its range?"""
+    _mark(q, c, _driver(q, c, BENDS))
+
+
+def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """As after cooling: a muscle in use was hotter before."""
+    s[0], s[1] = q[CORE_TEMPERATURE], -1.0
+
+
+def commit(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
+    """The temperature has gone its way."""
+    s[1] = _branch(q[CORE_TEMPERATURE], s)
+    s[0] = q[CORE_TEMPERATURE]
+
+
+def _prepare(c: Array) -> None:
+    law.prepare(c, _VALUE, BENDS, _PLACES)
+    law.prepare(c, _COOLING, _COOLING_BENDS, _PLACES)
+    n = int(c[law.COUNT])
+    c[READY] = 1.0
+    c[_TWO] = float((c[_VALUE : _VALUE + n] != c[_COOLING : _COOLING + n]).any())
+
+
+EFFECT = Effect(
+    name='free_stroke',
+    row='',
+    stage='mechanical',
+    equation='H + f(x), f = fh heating, fc cooling',
+    source='a table',
+    parameters=(
+        *law.table(tuple(_DRIVERS), (273.15, 313.15, 353.15, 393.15), _DEFAULT, 'm', -0.5, 0.5, _MEANING),
+        *law.series('cooling', _DEFAULT, 'm', -0.5, 0.5, _COOLING_MEANING),
+    ),
+    hooks={'extra': extra, 'sensor': sensor, 'initial': initial, 'commit': commit},
+    strength='share',
+    states=('turned_at', 'branch'),
+    listed=False,
+    columns=(
+        *law.columns('m', _MEANING),
+        Column('cooling', 'm', _COOLING_MEANING, law.members('cooling'), 'knots', follows='value'),
+    ),
+    prepared=2 * law.PREPARED + 2,
+    prepare=_prepare,
+    free=Freedom(_DRIVERS, width=3e-3, bend=1e-3),
+)
