@@ -31,7 +31,7 @@ setup(
     packages=find_packages(include=[NAME, NAME + '.*']),
     # The package sees config/ through the link tcp_muscle_ros/config, so that every way of installing it
     # (a wheel, `pip install -e`, colcon with or without symlinks) finds the same files beside the code.
-    package_data={NAME: ['config/*', 'report/*.json', 'robots/data/*']},
+    package_data={NAME: ['config/*', 'report/*.json', 'report/templates/*', 'robots/data/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + NAME]),
         ('share/' + NAME, ['package.xml']),
@@ -47,6 +47,7 @@ setup(
         'scipy>=1.11',
         'numba>=0.60',
         'matplotlib>=3.6',
+        'Jinja2>=3.1',
         'PyYAML>=6.0',
         'rosbags>=0.11,<0.12',
         'mcap>=1.3',

@@ -41,6 +41,7 @@ PYTHON_DEPENDENCIES = {
     'python3-scipy': [('scipy', 'scipy')],
     'python3-numba': [('numba', 'numba')],
     'python3-matplotlib': [('matplotlib', 'matplotlib')],
+    'python3-jinja2': [('Jinja2', 'jinja2')],
     'python3-yaml': [('PyYAML', 'yaml')],
     'python3-rosbags-pip': [('rosbags', 'rosbags')],
     # mcap requires the two compressors, and we read its chunks with them ourselves.

@@ -41,6 +41,13 @@ def read_bags(args: argparse.Namespace, *paths: str) -> list[Recording]:
     return [read_bag(path, namespace=args.namespace, channels=channels, units=units) for path in paths]
 
 
+def reading_options(args: argparse.Namespace) -> tuple[str, ...]:
+    """The shared arguments as they would be typed again."""
+    namespace = ['--namespace', args.namespace] if args.namespace else []
+    named = [('--channel', item) for item in args.channel] + [('--unit', item) for item in args.unit]
+    return (*namespace, *(word for pair in named for word in pair))
+
+
 def _pairs(items: list[str], option: str, form: str) -> dict[str, str]:
     pairs: dict[str, str] = {}
     for item in items:

@@ -19,20 +19,23 @@ def diagnose_bags(
     output: Path,
     progress: Progress | None = None,
     *,
+    place: Path | None = None,
     force: bool = False,
 ) -> Diagnosis:
     """Diagnose bags of one muscle and write the report; partial where it was interrupted.
 
-    ``options``: how bags are read (``add_bag_arguments``). ``force``: an older report is replaced.
+    ``options``: how bags are read (``add_bag_arguments``). ``place``: where the report will stand in the end, if that
+    is not ``output``. ``force``: an older report is replaced.
     Raises BadInput.
     """
     from dataclasses import replace
 
-    from tcp_muscle_ros.commands.bag_arguments import read_bags
+    from tcp_muscle_ros.commands.bag_arguments import read_bags, reading_options
     from tcp_muscle_ros.diagnosis.answer.improved import with_replay
     from tcp_muscle_ros.diagnosis.answer.issues import faults_of, with_faults, with_issues
     from tcp_muscle_ros.diagnosis.diagnose import Interrupted, diagnose
     from tcp_muscle_ros.diagnosis.observation.observe import prepared
+    from tcp_muscle_ros.report.next_steps import Asked
     from tcp_muscle_ros.report.write import write_report
     from tcp_muscle_ros.settings.parameter_file import read
 
@@ -50,5 +53,6 @@ def diagnose_bags(
     diagnosis = with_faults(with_replay(diagnosis, recordings, nominal.operating), faults)
     if progress:
         progress.stage('writing the report')
-    write_report(output, diagnosis, experiments, nominal.operating, force=force)
+    asked = Asked(tuple(bags), params, str(place or output), reading_options(options))
+    write_report(output, diagnosis, experiments, nominal.operating, asked=asked, force=force)
     return diagnosis

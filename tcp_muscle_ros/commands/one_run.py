@@ -111,7 +111,7 @@ def _work(task: Task) -> None:
     draft = Path(task.folder) / UNFINISHED / f'{task.name}-{uuid.uuid4().hex}'
     draft.parent.mkdir(exist_ok=True)
     try:
-        if diagnose_bags(task.options, task.bags, task.params, draft).partial:
+        if diagnose_bags(task.options, task.bags, task.params, draft, place=task.report).partial:
             raise RuntimeError('interrupted')
         (draft / _STAMP).write_text(json.dumps({'run': task.name, 'digest': task.digest}) + '\n', encoding='utf-8')
         _publish(task, draft)

@@ -8,9 +8,10 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import in_place_of, writable_folder
 from tcp_muscle_ros.report.diagnosis_figures import draw_all
+from tcp_muscle_ros.report.next_steps import Asked
 from tcp_muscle_ros.report.overlay import write_diagnosis_overlay
+from tcp_muscle_ros.report.page import write_html
 from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
-from tcp_muscle_ros.report.report_html import write_html
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, write_json
 from tcp_muscle_ros.settings.parameter_file import Value as Setting
 
@@ -35,6 +36,7 @@ def write_report(
     experiments: Sequence[Experiment],
     operating: Mapping[str, Setting] | None = None,
     *,
+    asked: Asked | None = None,
     force: bool = False,
 ) -> None:
     """Write report.json, report.html, figures/, improved.yaml, overlay/ and, if there is one, next_protocol.yaml.
@@ -42,6 +44,7 @@ def write_report(
     The folder is there once all of it is; an older report goes only then, and only under ``force``.
 
     ``operating``: what else stood in the parameter file that the diagnosis began with; goes into improved.yaml.
+    ``asked``: which bags were diagnosed and how, for commands that can be pasted.
 
     Raises:
         BadInput: the folder holds something already, or cannot be written.
@@ -49,7 +52,7 @@ def write_report(
     with in_place_of(refuse_report(directory, force=force)) as path:
         (path / 'figures').mkdir(parents=True)
         figures = draw_all(path / 'figures', diagnosis)
-        write_html(path / 'report.html', diagnosis, figures, path / 'figures')
+        write_html(path / 'report.html', diagnosis, figures, path / 'figures', asked)
         write_improved(path / IMPROVED, diagnosis, operating)
         if diagnosis.next_experiment is not None:
             holding = experiments[0].holding if experiments else None

@@ -1,0 +1,118 @@
+"""What to do after a diagnosis: commands that can be pasted, with the paths that were diagnosed."""
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
+from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL
+from tcp_muscle_ros.report.words import chance, plain
+
+_NEXT = 'next_recording'
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked for: bags, parameter file (or the name of a shipped set), the options by which bags were read,
+    and the folder that the report will have."""
+
+    bags: tuple[str, ...]
+    params: str
+    folder: str
+    options: tuple[str, ...] = ()
+
+    @property
+    def reading(self) -> tuple[str, ...]:
+        """The same with absolute paths, so that the commands work from anywhere."""
+        return tuple(str(Path(bag).absolute()) for bag in self.bags)
+
+    def made(self, name: str) -> str:
+        """The path of something in the report."""
+        return str(Path(self.folder).absolute() / name)
+
+    @property
+    def given(self) -> str:
+        """The parameters that were given: an absolute path, or a name."""
+        return str(Path(self.params).absolute()) if Path(self.params).exists() else self.params
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing to do, and the commands that do it."""
+
+    what: str
+    commands: tuple[str, ...] = ()
+
+
+def steps(diagnosis: Diagnosis, asked: Asked | None) -> list[Step]:
+    """What to do next, the most useful first. Without ``asked`` nobody knows the paths: what to do is said alone."""
+    if diagnosis.verdict == 'insufficient_data':
+        return [_record_more(asked)]
+    found = []
+    if diagnosis.findings:
+        found.append(Step('Check on the rig what is said at each finding below, before you believe it.'))
+    if diagnosis.verdict == 'not_repeatable':
+        found.append(Step('Find out why runs of one protocol differ: clamps, slack, the room, the specimen.'))
+    if diagnosis.verdict == 'unexplained':
+        found.append(Step('Look at the rig at the times that are shaded below: something acts there that has no name.'))
+    if diagnosis.next_experiment is not None:
+        found.append(_decide(diagnosis, asked))
+    elif diagnosis.would_help:
+        found.append(Step('No planned experiment is likely to decide. ' + _listed(diagnosis.would_help)))
+    found.append(_compare(asked))
+    found.append(_simulate(asked))
+    return found
+
+
+def _record_more(asked: Asked | None) -> Step:
+    what = 'Record again, with an input that switches several times and every sensor that you have.'
+    if asked is None:
+        return Step(what)
+    return Step(what, (_command('tcp_muscle', 'record', '--output', 'new_recording', '--duration', '300'),))
+
+
+def _decide(diagnosis: Diagnosis, asked: Asked | None) -> Step:
+    proposal = diagnosis.next_experiment
+    assert proposal is not None
+    first, second = (plain(name) for name in proposal.separates)
+    length = proposal.repeat * sum(step.duration for step in proposal.steps)
+    what = (
+        f'Do the experiment that tells {first} from {second} with probability {chance(proposal.power)} '
+        f'({plain(proposal.name)}, {length:.0f} s), and diagnose it together with these recordings.'
+    )
+    if asked is None:
+        return Step(what)
+    run = _command('tcp_muscle', 'run', asked.made(PROTOCOL), '--params', asked.made(IMPROVED), '--output', _NEXT)
+    # Where a person hangs the loads it is played in parts, a bag each.
+    loads = {step.load for step in proposal.steps}
+    bags = _NEXT if len(loads) == 1 else f'{_NEXT}/part_*'
+    again = _command('--params', asked.given, '--output', asked.made('').rstrip('/') + '_2', *asked.options)
+    return Step(what, (run, f'{_command("tcp_muscle", "diagnose", *asked.reading)} {bags} {again}'))
+
+
+def _compare(asked: Asked | None) -> Step:
+    what = 'See the improved muscle beside a recording.'
+    if asked is None:
+        return Step(what)
+    figure = ('--figure', f'{Path(asked.bags[0]).name}_improved.png')
+    command = ('tcp_muscle', 'replay', asked.reading[0], '--params', asked.made(IMPROVED), *figure, *asked.options)
+    return Step(what, (_command(*command),))
+
+
+def _simulate(asked: Asked | None) -> Step:
+    what = 'Simulate with the improved muscle.'
+    if asked is None:
+        return Step(what)
+    return Step(
+        what,
+        (_command('ros2', 'run', 'tcp_muscle_ros', 'sim_node', '--ros-args', '--params-file', asked.made(IMPROVED)),),
+    )
+
+
+def _listed(sentences: Sequence[str]) -> str:
+    return 'It would help to record ' + '; or '.join(sentences) + '.'
+
+
+def _command(*words: str) -> str:
+    return shlex.join(words)

@@ -1,0 +1,125 @@
+"""The page of a diagnosis: what its first screen, its commands and its words say."""
+
+import argparse
+import shlex
+from base64 import b64decode
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+from report.diagnoses import ALL
+from report.html_page import Page
+
+from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.report import words
+from tcp_muscle_ros.report.diagnosis_figures import draw_channels, telling_recording
+from tcp_muscle_ros.report.next_steps import Asked, steps
+from tcp_muscle_ros.report.page import render
+from tcp_muscle_ros.report.ranking import ranking_words
+from tcp_muscle_ros.report.report_json import as_data
+from tcp_muscle_ros.report.rig_checks import check_on_rig, has_check
+from tcp_muscle_ros.report.terminal import summary
+from tcp_muscle_ros.report.viewer import viewer_data
+
+
+def arguments(command):
+    """What the tool makes of a command that can be pasted."""
+    _, name, *rest = shlex.split(command)
+    parser = argparse.ArgumentParser()
+    import_module(f'tcp_muscle_ros.commands.{name}').add_arguments(parser)
+    return parser.parse_args(rest)
+
+
+def test_sixteen_long_recordings_fit_in_a_page_of_five_megabytes(made):
+    d, _ = made['creep']
+    (first, _), (drive, _) = d.series, d.drive
+    time = np.linspace(0.0, 1800.0, 20_000)
+    long = tuple(
+        replace(
+            s, time=time, **{
+                part: np.interp(time, 6.0 * s.time, getattr(s, part).astype(float))
+                for part in ('recorded', 'nominal', 'before', 'after', 'temperature', 'rate', 'heating')
+            }
+        )
+        for s in first
+    )  # fmt: skip
+    recordings = tuple(replace(d.recordings[0], path=f'lab/run_{k}') for k in range(16))
+    many = replace(d, series=(long,) * 16, drive=(drive,) * 16, recordings=recordings)
+    text = render(many)
+    assert len(text.encode()) < 5e6
+    data = viewer_data(many)
+    assert [r['name'] for r in data['recordings']] == [f'run_{k}' for k in range(16)]
+    shown = np.frombuffer(b64decode(data['recordings'][15]['channels'][0]['time']), '<f4')
+    assert shown.size > 1000 and shown[[0, -1]].tolist() == [0.0, 1800.0]
+
+
+def test_what_is_shaded_is_said_only_where_it_is_drawn(made, tmp_path):
+    d, _ = made['creep']
+    assert 'Shaded' in draw_channels(tmp_path / 'a.png', d).caption
+    elsewhere = replace(d, location=replace(d.location, intervals=((0, 30.0, 52.0),)))
+    assert telling_recording(elsewhere) == 1
+    assert 'Shaded' not in draw_channels(tmp_path / 'b.png', elsewhere).caption
+    data = viewer_data(elsewhere)
+    assert [r['shaded'] for r in data['recordings']] == [[(30.0, 52.0)], []]
+
+
+def test_the_ranking_is_in_words(made):
+    d, _ = made['creep']
+    assert ranking_words(d) == [
+        ('Found', 'creep'),
+        ('Explains as much', 'nothing else'),
+        ('Explains a part of it alone', 'viscous flow (45 %), hysteresis (37 %), branch cte (24 %)'),
+        ('Far behind', 'cte kink (5 %), thermocouple lag (2 %), natural convection (0 %), radiation (0 %)'),
+    ]
+    assert ('Explains as much', 'radiation') in ranking_words(made['convection_or_radiation'][0])
+    assert ranking_words(made['match'][0]) == []
+    assert 'log likelihood' not in render(d)
+
+
+def test_the_commands_of_a_report_are_those_of_the_tool_with_the_paths_that_were_given(made, tmp_path):
+    d, _ = made['convection_or_radiation']
+    (tmp_path / 'my muscle.yaml').write_text('')
+    asked = Asked(
+        ('lab/run 1',), str(tmp_path / 'my muscle.yaml'), str(tmp_path / 'out'), ('--unit', 'displacement=mm')
+    )
+    commands = [command for step in steps(d, asked) for command in step.commands]
+    assert [shlex.split(command)[:2] for command in commands] == [
+        ['tcp_muscle', 'run'], ['tcp_muscle', 'diagnose'], ['tcp_muscle', 'replay'], ['ros2', 'run']
+    ]  # fmt: skip
+    parsed = [arguments(command) for command in commands[:3]]
+    assert parsed[0].protocol == str(tmp_path / 'out' / 'next_protocol.yaml')
+    assert parsed[1].bags == [str(Path('lab/run 1').absolute()), 'next_recording/part_*']
+    assert (parsed[1].params, parsed[1].unit) == (str(tmp_path / 'my muscle.yaml'), ['displacement=mm'])
+    assert parsed[1].output == str(tmp_path / 'out_2')
+    assert (parsed[2].bag, parsed[2].params) == (parsed[1].bags[0], str(tmp_path / 'out' / 'improved.yaml'))
+    page = Page(render(d, asked=asked))
+    assert ''.join(page.said).count('tcp_muscle') >= 3
+    assert all(not step.commands for step in steps(d, None)), 'nobody knows the paths'
+
+
+def test_where_no_experiment_would_decide_the_page_says_what_would_help(made):
+    d, _ = made['next_to_nothing']
+    text = render(d)
+    assert 'would decide' not in text and 'probability < ' not in text
+    assert 'No planned experiment is likely to decide' in text and 'a second load' in text
+    assert 'would help: a second load' in summary(d)
+
+
+@pytest.mark.parametrize('name', ALL)
+def test_nothing_that_may_be_nothing_is_called_sure(made, name):
+    d, _ = made[name]
+    page, terminal, data = render(d), summary(d), as_data(d)
+    for finding, said in zip(d.findings, data['findings'], strict=True):
+        assert said['singled_out'] is (not finding.indistinguishable_from and not finding.may_be_nothing)
+        assert ('its interval includes no effect' in words.told_apart(finding)) == finding.may_be_nothing
+        if finding.may_be_nothing:
+            assert 'ts interval includes no effect' in page and 'its interval includes no effect' in terminal
+    assert 'singled out' not in page + terminal and 'single it out' not in page
+
+
+def test_every_effect_has_something_to_check_on_the_rig():
+    assert [effect for effect in EFFECTS if not has_check(effect)] == []
+    texts = [check_on_rig(effect) for effect in EFFECTS]
+    assert len(set(texts)) == len(texts)
