@@ -15,7 +15,7 @@ from PIL import Image
 
 from tcp_muscle_ros.muscle import EFFECTS, Outputs, Parameters, length, simulate
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.report.style import AFTER, COOLING, HEATING, canvas, plt
+from tcp_muscle_ros.report.style import AFTER, COOLING, HEATING, canvas
 
 FOLDER = Path(__file__).parents[1] / 'docs' / 'images' / 'effects'
 NOMINAL = Parameters.named('karami_tadesse_2017')
@@ -81,7 +81,6 @@ def draw(name: str) -> None:
         axis.tick_params(labelsize=6)
     page = BytesIO()
     figure.savefig(page, dpi=80)
-    plt.close(figure)
     with Image.open(page) as image:  # a palette of 32 colours: a third of the size
         image.convert('RGB').quantize(32).save(FOLDER / f'{name}.png', optimize=True)
 

@@ -25,7 +25,10 @@ COMMANDS = {
     'simulate': ('simulate', 'run a protocol offline, faster than real time, to a bag'),
     'run': ('run', 'play a protocol on the muscle that answers, and record it'),
     'record': ('record', "record a muscle's topics to a bag"),
-    'import': ('import_recordings', "a lab's CSV to bags, one per run of an import map"),
+    'import': ('import_recordings', "a lab's files to bags, one per run"),
+    'info': ('info', 'what is in bags: channels, rates, ranges, what is wrong with them'),
+    'plot': ('plot', 'draw the channels of bags, one above the other'),
+    'export': ('export', 'a bag as CSV or Parquet'),
     'calibrate': ('calibrate', "fit the paper's parameters to recordings of a muscle, with intervals"),
     'replay': ('replay', 'drive the model with recorded inputs and compare'),
     'diagnose': ('diagnose', 'say which physics a recording shows that the model lacks'),
@@ -77,7 +80,8 @@ def _guarded(argv: list[str]) -> int:
 
 def _run(argv: list[str], name: str | None) -> int:
     parser = _Parser(
-        prog=PROGRAM, description='Simulate, record, import, calibrate, replay and diagnose TCP artificial muscles.'
+        prog=PROGRAM,
+        description='Simulate, record, import, look at, calibrate, replay and diagnose TCP artificial muscles.'
     )
     parser.add_argument('--version', action='version', version=f'{PROGRAM} {__version__}')
     commands = parser.add_subparsers(title='commands', dest='command', metavar='COMMAND', required=True)

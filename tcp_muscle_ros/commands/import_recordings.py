@@ -35,16 +35,17 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.recording.lab.draft_map import map_text
     from tcp_muscle_ros.recording.lab.guess import guess
 
+    import_map = None if args.map is None else read_import_map(args.map)
     files = lab_files(args.files)
     refuse_among(args.output or files[0].stem, [*args.files, *([args.map] if args.map else [])])
     output = writable_folder(args.output or files[0].stem, force=args.force)
     with in_place_of(output) as draft:
         drafts: dict[Path, Sequence[DraftRun]] = {}
-        if args.map is None:
+        if import_map is None:
             drafts = {file: guess(file) for file in files}
             draft.mkdir(parents=True, exist_ok=True)
             (draft / IMPORT_MAP).write_text(map_text(drafts, output / IMPORT_MAP), encoding='utf-8')
-        import_map = read_import_map(args.map or draft / IMPORT_MAP)
+            import_map = read_import_map(draft / IMPORT_MAP)
         runs = list(import_runs(import_map, files))
         for each in runs:
             write_recording(draft / each.name, each.recording)

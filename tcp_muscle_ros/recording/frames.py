@@ -21,20 +21,25 @@ def column_name(channel: str) -> str:
     return f'{channel}_{CHANNELS[channel].unit}'
 
 
+def aligned(recording: Recording) -> tuple[Array, dict[str, Array]]:
+    """All times of a recording, s, and by column name each channel's values at them, NaN where it has no sample."""
+    channels = list(recording.channels.values())
+    time: Array = np.unique(np.concatenate([channel.time for channel in channels])) if channels else np.empty(0)
+    columns = {}
+    for channel in channels:
+        values = np.full(len(time), np.nan)
+        values[np.searchsorted(time, channel.time)] = UNITS[CHANNELS[channel.name].unit].from_si(channel.value)
+        columns[column_name(channel.name)] = values
+    return time, columns
+
+
 def to_frame(recording: Recording) -> 'pd.DataFrame':
     """A recording as a DataFrame: the index ``time_s``, a column a channel with its unit, NaN where it has no sample.
 
     ``frame.attrs`` has what is known of the run. BadInput: pandas is not installed.
     """
     pandas = _pandas()
-    channels = list(recording.channels.values())
-    times = [channel.time for channel in channels]
-    time = np.unique(np.concatenate(times)) if times else np.empty(0)
-    columns = {}
-    for channel in channels:
-        values = np.full(len(time), np.nan)
-        values[np.searchsorted(time, channel.time)] = UNITS[CHANNELS[channel.name].unit].from_si(channel.value)
-        columns[column_name(channel.name)] = values
+    time, columns = aligned(recording)
     frame = pandas.DataFrame(columns, index=pandas.Index(time, name=TIME))
     frame.attrs = {str(key): value for key, value in recording.known.items()}
     return frame

@@ -1,13 +1,11 @@
-"""One look for every figure: colour-blind-safe colours (Okabe & Ito 2008), units on every axis, no display needed."""
+"""One look for every figure: colour-blind-safe colours (Okabe & Ito 2008), units on every axis.
+
+Figures are made without pyplot: no display is needed, and the backend of a notebook stays what it is.
+"""
 
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use('Agg')
-
-import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
@@ -26,8 +24,10 @@ CHANNEL_AXIS = {
     'current': 'current (A)',
     'power': 'power (W)',
     'voltage': 'voltage (V)',
+    'load': 'load (N)',
+    'ambient': 'ambient (degC)',
 }
-_FROM_SI = {'temperature': (1.0, -273.15), 'displacement': (1e3, 0.0), 'force': (1e3, 0.0)}
+_FROM_SI = {'temperature': (1.0, -273.15), 'ambient': (1.0, -273.15), 'displacement': (1e3, 0.0), 'force': (1e3, 0.0)}
 
 
 def shown(channel: str, value: Array) -> Array:
@@ -37,12 +37,17 @@ def shown(channel: str, value: Array) -> Array:
 
 
 def canvas(
-    rows: int, columns: int = 1, *, width: float = 9.0, height: float = 2.2, **options: Any
+    rows: int,
+    columns: int = 1,
+    *,
+    width: float = 9.0,
+    height: float = 2.2,
+    figure: Figure | None = None,
+    **options: Any,
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with its axes as a flat list."""
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(width, height * rows), squeeze=False, layout='constrained', **options
-    )
+    """A figure (a new one, unless it is given) with its axes as a flat list."""
+    figure = figure or Figure(figsize=(width, height * rows), layout='constrained')
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
     flat = [axis for row in axes for axis in row]
     _plain(flat)
     return figure, flat
@@ -51,14 +56,8 @@ def canvas(
 def stacked(channels: int, *, width: float = 9.0) -> tuple[Figure, Axes, list[tuple[Axes, Axes]]]:
     """A figure over one time: a low panel on top, then for each channel a panel with a low one below it."""
     heights = [1.0, *[2.0, 0.9] * channels]
-    figure, axes = plt.subplots(
-        len(heights),
-        1,
-        figsize=(width, 0.95 * sum(heights)),
-        sharex=True,
-        layout='constrained',
-        gridspec_kw={'height_ratios': heights},
-    )
+    figure = Figure(figsize=(width, 0.95 * sum(heights)), layout='constrained')
+    axes = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={'height_ratios': heights})
     _plain(list(axes))
     return figure, axes[0], [(axes[1 + 2 * k], axes[2 + 2 * k]) for k in range(channels)]
 
@@ -69,15 +68,17 @@ def _plain(axes: list[Axes]) -> None:
         axis.spines[['top', 'right']].set_visible(False)
 
 
-def picture_path(path: str | Path, *, force: bool = False) -> Path:
-    """The path of a picture that is still to be drawn. BadInput where that is not possible, or something is there."""
-    path = writable_file(path, force=force, option='--figure')
+def picture_path(path: str | Path, *, force: bool = False, option: str = '--figure') -> Path:
+    """The path of a picture that is still to be drawn. BadInput where that is not possible, or something is there.
+
+    ``option`` gave the path.
+    """
+    path = writable_file(path, force=force, option=option)
     if path.suffix.lower()[1:] not in FigureCanvasBase.get_supported_filetypes():
         raise BadInput(f'{path}: no kind of picture; expected {path.with_suffix(".png").name}, or .pdf, .svg, .jpg')
     return path
 
 
 def save(figure: Figure, path: object) -> None:
-    """Write a PNG and let go of the figure."""
+    """Write a picture."""
     figure.savefig(str(path), dpi=110)
-    plt.close(figure)

@@ -75,7 +75,8 @@ def _candidate(column: Column, columns: Sequence[Column], decimal: str) -> Candi
         return None
     if column.meaning.commanded and channel in _COMMANDED:
         channel = _COMMANDED[channel]
-    if channel == 'load' and np.ptp(value) > _STEADY * float(np.max(np.abs(value))):
+    measured = any(other.meaning.kind == 'force' for other in columns)
+    if channel == 'load' and not measured and np.ptp(value) > _STEADY * float(np.max(np.abs(value))):
         channel = 'force'  # what varies while the muscle works is measured, not hung on it
     return Candidate(channel, column, value)
 

@@ -1,0 +1,38 @@
+"""``tcp_muscle plot BAG... [--output PICTURE]``: the channels of bags, one above the other, in a file or a window."""
+
+from __future__ import annotations
+
+import argparse
+
+from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
+from tcp_muscle_ros.files.outputs import add_force_argument
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``plot``."""
+    parser.add_argument('bags', nargs='+', metavar='BAG', help='recordings; several are drawn over each other')
+    parser.add_argument('--output', metavar='PICTURE', help='a new .png, .pdf or .svg (without: a window)')
+    add_force_argument(parser)
+    add_bag_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw to a file, or in a window until it is closed."""
+    from tcp_muscle_ros.commands.bag_arguments import read_bags
+    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among
+    from tcp_muscle_ros.report.recording_figure import draw_recordings
+    from tcp_muscle_ros.report.style import picture_path, save
+    from tcp_muscle_ros.report.window import show, window
+
+    if args.output is None:
+        figure = window()
+        draw_recordings(read_bags(args, *args.bags), figure)
+        show(figure)
+        return 0
+    refuse_among(args.output, args.bags)
+    output = picture_path(args.output, force=args.force, option='--output')
+    drawn = draw_recordings(read_bags(args, *args.bags))
+    with in_place_of(output) as draft:
+        save(drawn, draft)
+    print(f'{output}: {len(args.bags)} recording(s)')
+    return 0

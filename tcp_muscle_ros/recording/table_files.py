@@ -1,0 +1,33 @@
+"""A table of channels as CSV or Parquet, which ``tcp_muscle import`` reads back without a map."""
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.frames import TIME
+from tcp_muscle_ros.recording.recording import Array
+
+_DIGITS = 9  # significant ones; more than any instrument has
+
+
+def write_csv(path: Path, time: Array, columns: Mapping[str, Array]) -> None:
+    """The columns below their names, ``time_s`` first; a cell is empty where a channel has no sample."""
+    with path.open('w', encoding='utf-8', newline='') as file:
+        writer = csv.writer(file, lineterminator='\n')
+        writer.writerow([TIME, *columns])
+        for row in zip(time, *columns.values(), strict=True):
+            writer.writerow([f'{cell:.{_DIGITS}g}' if np.isfinite(cell) else '' for cell in row])
+
+
+def write_parquet(path: Path, time: Array, columns: Mapping[str, Array]) -> None:
+    """The same as float64 columns, null where a channel has no sample. BadInput: pyarrow is not installed."""
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ModuleNotFoundError:
+        raise BadInput("Parquet needs pyarrow: pip install 'tcp_muscle_ros[labs]'") from None
+    arrays = {name: pyarrow.array(values, mask=~np.isfinite(values)) for name, values in columns.items()}
+    pyarrow.parquet.write_table(pyarrow.table({TIME: time, **arrays}), path)

@@ -1,0 +1,76 @@
+"""``tcp_muscle info``, ``plot`` and ``export``."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.bag_writer import write_recording
+from tcp_muscle_ros.recording.recording import Channel, Recording
+from tcp_muscle_ros.tool import main
+
+TIME = np.arange(200) / 20
+
+
+@pytest.fixture
+def bag(tmp_path):
+    """A bag of 10 s with seven channels, the resistance at half the rate."""
+    warm = 20 * (1 - np.exp(-TIME / 4))
+    values = {
+        'current': np.where(TIME < 2, 0.0, 0.25),
+        'current_command': np.where(TIME < 2, 0.0, 0.26),
+        'load': np.where(TIME < 5, 0.6, 0.9),
+        'ambient': 296.15 + 0.001 * TIME,
+        'temperature': 296.15 + warm,
+        'displacement': 1e-4 * warm,
+        'force': 0.6 + 1e-3 * warm,
+    }
+    channels = {name: Channel(name, TIME, value, f'/{name}') for name, value in values.items()}
+    channels['resistance'] = Channel('resistance', TIME[::2], 7.8 + 0.01 * warm[::2], '/resistance')
+    path = tmp_path / 'run'
+    write_recording(path, Recording(str(path), channels, 10**18, {'rest_length_m': 0.15}))
+    return path
+
+
+def test_info_says_what_is_in_it(bag, capsys):
+    assert main(['info', str(bag)]) == 0
+    shown = capsys.readouterr().out
+    assert f'{bag}: 9.95 s, 8 channels' in shown
+    assert 'known: rest_length_m = 0.15' in shown
+    row = next(line.split() for line in shown.splitlines() if line.strip().startswith('resistance'))
+    assert row == ['resistance', '/resistance', '100', '10', 'Hz', '7.8', '7.983', 'ohm', 'output']
+
+
+@pytest.mark.parametrize('kind', ['csv', 'parquet'])
+def test_what_is_exported_is_imported_again_without_a_map(bag, tmp_path, kind):
+    table = tmp_path / f'out.{kind}'
+    assert main(['export', str(bag), f'--{kind}', str(table)]) == 0
+    assert main(['import', str(table), '--output', str(tmp_path / 'again')]) == 0
+    first, second = read_bag(bag), read_bag(tmp_path / 'again' / 'out')
+    assert set(first) == set(second)
+    for name in first:
+        np.testing.assert_allclose(second[name].time, first[name].time, atol=1e-9)
+        np.testing.assert_allclose(second[name].value, first[name].value, rtol=1e-7)
+    assert main(['export', str(bag), f'--{kind}', str(table)]) == 2  # nothing is overwritten
+
+
+def test_export_is_named_after_the_bag(bag, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(['export', str(bag), '--csv']) == 0
+    assert (tmp_path / 'run.csv').read_text().startswith('time_s,')
+
+
+def test_plot_draws_a_panel_a_channel(bag, tmp_path, capsys):
+    picture = tmp_path / 'run.png'
+    assert main(['plot', str(bag), str(bag), '--output', str(picture)]) == 0
+    with Image.open(picture) as image:
+        assert image.size == (990, 7 * 242)  # the commanded current is drawn with the current
+        assert len(image.convert('RGB').getcolors(1 << 20)) > 10
+    assert main(['plot', str(bag), '--output', str(picture)]) == 2
+
+
+def test_plot_without_a_display_says_so(bag, monkeypatch, capsys):
+    monkeypatch.delenv('DISPLAY', raising=False)
+    monkeypatch.delenv('WAYLAND_DISPLAY', raising=False)
+    assert main(['plot', str(bag)]) == 2
+    assert 'no display for a window; draw to a file with --output' in capsys.readouterr().err
