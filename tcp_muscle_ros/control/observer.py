@@ -101,14 +101,16 @@ class Observer:
             self._P[1, 1] += self.period * _GAIN_DRIFT**2
         self._P[2, 2] += self.period * (_POWER_DRIFT * self._unit) ** 2
 
-    def correct(self, measured: float) -> None:
-        """A measured temperature coordinate (K) of now."""
-        self.noise.add(measured)
+    def correct(self, measured: float, deviation: float | None = None) -> None:
+        """A measured temperature coordinate (K) of now; ``deviation`` (K) of its noise, None: as it shows itself."""
+        if deviation is None:
+            self.noise.add(measured)
+            deviation = self.noise.deviation
         if not self.started:
             self.start(measured)
             return
         surprise = measured - self.temperature
-        variance = self.noise.deviation**2
+        variance = deviation**2
         if surprise**2 > _JUMP**2 * (self._P[0, 0] + variance):
             self._P[0, :] = self._P[:, 0] = 0.0
             self._P[0, 0] = surprise**2
