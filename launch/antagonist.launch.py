@@ -7,9 +7,11 @@ ros2 topic pub -r 10 /knuckle/cocontraction_setpoint std_msgs/msg/Float64 '{data
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
+
+from tcp_muscle_ros.settings.launch_arguments import number, read_arguments
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the joint and its muscles'),
@@ -19,11 +21,11 @@ ARGUMENTS = [
 
 
 def nodes(context):
-    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('sim_node', 'controller_node'))
     own = PathJoinSubstitution([FindPackageShare('tcp_muscle_ros'), 'config', 'antagonist.yaml'])
     parameters = [value['params_file'] or own]
     if value['rate_hz']:
-        parameters.append({'rate_hz': float(value['rate_hz'])})
+        parameters.append({'rate_hz': number('rate_hz', value['rate_hz'])})
     return [
         Node(
             package='tcp_muscle_ros',

@@ -6,8 +6,9 @@ ros2 topic pub -r 10 /displacement_setpoint std_msgs/msg/Float64 '{data: 0.02}'
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from tcp_muscle_ros.settings.launch_arguments import number, read_arguments
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle and of its controller'),
@@ -18,13 +19,13 @@ ARGUMENTS = [
 
 
 def nodes(context):
-    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('sim_node', 'controller_node'))
     shared = [value['params_file']] if value['params_file'] else []
     if value['rate_hz']:
-        shared.append({'rate_hz': float(value['rate_hz'])})
+        shared.append({'rate_hz': number('rate_hz', value['rate_hz'])})
     simulated, controlled = list(shared), list(shared)
     if value['real_time_factor']:
-        factor = float(value['real_time_factor'])
+        factor = number('real_time_factor', value['real_time_factor'])
         simulated.append({'real_time_factor': factor})
         controlled.append({'use_sim_time': factor != 1.0})
     return [

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+from tcp_muscle_ros.settings.launch_arguments import number, read_arguments
 from tcp_muscle_ros.settings.parameter_file import values_for
 
 ARGUMENTS = [
@@ -24,15 +24,15 @@ ARGUMENTS = [
 
 
 def nodes(context):
-    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('controller_node',))
     # The last entry wins: no parameter file can start a real muscle hot, nor give one of several its own limit.
-    safe = {'start_enabled': False, 'current_limit_a': float(value['current_limit_a'])}
+    safe = {'start_enabled': False, 'current_limit_a': number('current_limit_a', value['current_limit_a'])}
     file = value['params_file']
     muscles = values_for(Path(file), 'controller_node').get('muscles') if file else None
     prefixes = ['', *(f'{name}.' for name in muscles or [] if name)]
     parameters = [file] if file else []
     if value['rate_hz']:
-        parameters.append({'rate_hz': float(value['rate_hz'])})
+        parameters.append({'rate_hz': number('rate_hz', value['rate_hz'])})
     parameters.append({prefix + name: limit for prefix in prefixes for name, limit in safe.items()})
     return [
         Node(

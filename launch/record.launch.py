@@ -5,8 +5,9 @@ ros2 launch tcp_muscle_ros record.launch.py output:=my_run namespace:=finger_1
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
 from launch_ros.substitutions import ExecutableInPackage
+
+from tcp_muscle_ros.settings.launch_arguments import read_arguments
 
 ARGUMENTS = [
     ('output', 'recording', 'folder of the bag; must not exist yet'),
@@ -16,7 +17,7 @@ ARGUMENTS = [
 
 
 def processes(context):
-    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations)
     options = ['--output', value['output']]
     if value['namespace']:
         options += ['--namespace', value['namespace']]

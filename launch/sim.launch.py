@@ -5,8 +5,9 @@ ros2 launch tcp_muscle_ros sim.launch.py namespace:=finger_1 params_file:=muscle
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from tcp_muscle_ros.settings.launch_arguments import number, read_arguments
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle; several muscles stand side by side in several namespaces'),
@@ -17,9 +18,9 @@ ARGUMENTS = [
 
 
 def nodes(context):
-    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('sim_node',))
     parameters = [value['params_file']] if value['params_file'] else []
-    numbers = {name: float(value[name]) for name in ('rate_hz', 'real_time_factor') if value[name]}
+    numbers = {name: number(name, value[name]) for name in ('rate_hz', 'real_time_factor') if value[name]}
     if numbers:
         parameters.append(numbers)
     return [

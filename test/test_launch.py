@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.settings.launch_arguments import read_arguments
+
 ROOT = Path(__file__).resolve().parents[1]
 LAUNCH_FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
 
@@ -43,6 +46,53 @@ def test_names_programs_that_are_installed(path):
     text = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
     assert text & programs()
     assert 'tcp_muscle_ros' in text
+
+
+def arguments_of(path):
+    """The table ARGUMENTS of a launch file, without launch."""
+    tree = ast.parse(path.read_text(encoding='utf-8'))
+    (table,) = (
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and [getattr(one, 'id', '') for one in node.targets] == ['ARGUMENTS']
+    )
+    return ast.literal_eval(table)
+
+
+def read(path, nodes=('sim_node',), **given):
+    """What the launch file reads where `ros2 launch` is told so."""
+    rows = arguments_of(path)
+    configurations = {name: default for name, default, _ in rows} | given
+    argv = ['ros2', 'launch', 'tcp_muscle_ros', path.name, *(f'{name}:={value}' for name, value in given.items())]
+    return read_arguments(str(path), rows, configurations, argv, nodes)
+
+
+@pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)
+def test_what_it_does_not_know_is_refused_before_anything_starts(path, tmp_path):
+    calls = {node.func.id for node in ast.walk(ast.parse(path.read_text())) if hasattr(getattr(node, 'func', 0), 'id')}
+    assert 'read_arguments' in calls
+    with pytest.raises(BadInput, match=r"unknown launch argument 'namspace'; did you mean 'namespace'\?"):
+        read(path, namspace='finger')
+    names = {name for name, _, _ in arguments_of(path)}
+    if 'params_file' in names:
+        with pytest.raises(BadInput, match=r'missing\.yaml: cannot read the parameter file'):
+            read(path, params_file=str(tmp_path / 'missing.yaml'))
+    for name in names & {'rate_hz', 'real_time_factor', 'duration_s', 'current_limit_a'}:
+        with pytest.raises(BadInput, match=f"launch argument '{name}' is 'fast'; expected a number"):
+            read(path, **{name: 'fast'})
+
+
+def test_within_another_launch_file_its_arguments_are_left_alone():
+    path = ROOT / 'launch' / 'sim.launch.py'
+    rows = arguments_of(path)
+    argv = ['ros2', 'launch', 'my_robot', 'bringup.launch.py', 'robot:=left']
+    values = read_arguments(str(path), rows, {'robot': 'left', **{name: default for name, default, _ in rows}}, argv)
+    assert values['namespace'] == '' and 'robot' not in values
+
+
+def test_a_switch_is_true_or_false():
+    with pytest.raises(BadInput, match="launch argument 'controller' is 'maybe'; expected true or false"):
+        read(ROOT / 'launch' / 'hand.launch.py', controller='maybe')
 
 
 def test_ros2_run_finds_the_programs():

@@ -9,8 +9,6 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from itertools import pairwise
-from pathlib import Path
 from typing import Any, Protocol
 
 import rclpy
@@ -22,8 +20,7 @@ from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.files.yaml_text import NotYaml, parse
-from tcp_muscle_ros.settings import parameter_file
+from tcp_muscle_ros.nodes.arguments import asks_for_help, check_arguments, refuse_leftover, usage
 
 _SHARE = 1e-4  # s: how long a callback may keep a tick that is due from running; Python's own 5 ms are five ticks
 _STOP = (signal.SIGINT, signal.SIGTERM)
@@ -96,8 +93,12 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -
         signal.signal(number, on_signal)
     node = callbacks = None
     try:
+        if asks_for_help(arguments):
+            print(usage(name))
+            return 0
         check_arguments(arguments, name)
         set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say everything a second time
+        refuse_leftover(arguments, name)
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         set_logger_level('rcl', LoggingSeverity.INFO)
         node = make()
@@ -140,44 +141,3 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -
 
 def _one_line(problem: BaseException) -> str:
     return ' '.join(str(problem).split())
-
-
-def check_arguments(arguments: Sequence[str], name: str) -> None:
-    """Refuse what rcl would read with fewer words, or read wrongly.
-
-    Given a whole number in one place and a decimal in another, rcl takes the whole one whatever the order: a current
-    limit of 0.1 A after a file that says 1 would be 1 A.
-
-    Raises:
-        BadInput: a ``--params-file`` that is missing, is no YAML or holds no parameters; a parameter of node ``name``
-            given both ways.
-    """
-    first: dict[str, tuple[type, str]] = {}
-    for flag, argument in pairwise(arguments):
-        if flag == '--params-file':
-            given = parameter_file.values_for(Path(argument), name)
-            source = argument
-        elif flag in ('-p', '--param'):
-            given = _on_the_command_line(argument, name)
-            source = f'-p {argument}'
-        else:
-            continue
-        for key, value in given.items():
-            if isinstance(value, int | float) and not isinstance(value, bool):
-                kind, before = first.setdefault(key, (type(value), source))
-                if kind is not type(value):
-                    raise BadInput(
-                        f"parameter '{key}' is a whole number and a decimal one ({before}, {source}), of which ROS "
-                        f'would take the whole one: write it with a point in both'
-                    )
-
-
-def _on_the_command_line(argument: str, name: str) -> dict[str, object]:
-    key, _, text = argument.partition(':=')
-    node, _, parameter = key.rpartition(':')
-    if node not in ('', name):
-        return {}
-    try:
-        return {parameter: parameter_file.as_ros_reads(parse(text))}
-    except NotYaml:
-        return {}  # rcl says so

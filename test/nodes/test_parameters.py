@@ -1,5 +1,6 @@
 """The nodes' parameters: from the tables, and every mistake answered by one line and exit code 2."""
 
+import signal
 import subprocess
 import sys
 from math import inf, nan
@@ -138,6 +139,7 @@ FILES = {
         ('sim_node', ['-p', 'qos_overrides./load.subscription.depth:=0'], 'expected a whole number, 1 to 100000'),
         ('sim_node', ['-r', '__ns:=/1muscle'], 'sim_node: '),
         ('sim_node', ['--parameters', 'x.yaml'], 'sim_node: '),
+        ('sim_node', ['--', '-p', 'current_limit_a:=0.1'], "argument '-p' is not understood; expected arguments of"),
     ],
 )
 def test_a_process_given_a_mistake_ends_with_2_and_one_line(tmp_path, program, arguments, line):
@@ -157,15 +159,52 @@ def test_a_process_given_a_mistake_ends_with_2_and_one_line(tmp_path, program, a
     assert ended.stderr.count('\n') == 1 and ended.stdout == '', ended.stderr
 
 
+@pytest.mark.parametrize(
+    ('arguments', 'line'),
+    [
+        (
+            ['-p', 'current_limit_a:=0.1'],
+            "argument '-p' is not understood; expected arguments of ROS: sim_node --ros-args ",
+        ),
+        (['--ros-args', '-p', 'seed:=3', '--', 'fast'], "argument 'fast' is not understood"),
+        (['current_limit_a:=0.1'], "argument 'current_limit_a:=0.1' is not understood"),
+    ],
+)
+def test_an_argument_that_ros_would_leave_alone_is_refused(arguments, line):
+    from tcp_muscle_ros.nodes.arguments import refuse_leftover
+
+    with pytest.raises(BadInput) as caught:
+        refuse_leftover(['sim_node', *arguments], SIM)
+    assert line in str(caught.value)
+    refuse_leftover(['sim_node', '--ros-args', '-p', 'current_limit_a:=0.1', '-r', '__ns:=/a', '--'], SIM)
+
+
+@pytest.mark.parametrize('node', [SIM, CONTROL])
+def test_help_answers_with_the_nodes_own_parameters(node, capsys):
+    from tcp_muscle_ros.nodes.arguments import usage
+    from tcp_muscle_ros.nodes.lifetime import run
+
+    handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    try:
+        assert run(lambda: pytest.fail('a node was made'), node, [node, '--help']) == 0
+    finally:
+        for number, handler in zip((signal.SIGINT, signal.SIGTERM), handlers, strict=True):
+            signal.signal(number, handler)
+    said = capsys.readouterr().out
+    assert said.strip() == usage(node)
+    assert 'current_limit_a' in said and ('mode ' in said) == (node == CONTROL) and ('seed ' in said) == (node == SIM)
+    assert '0.27 A' in said
+
+
 @pytest.mark.parametrize('value', ['2026-13-45', '&x [*x]', '[' * 3000, '['])
 def test_a_value_that_is_no_yaml_is_left_to_ros(value):
-    from tcp_muscle_ros.nodes.lifetime import check_arguments
+    from tcp_muscle_ros.nodes.arguments import check_arguments
 
     check_arguments(['-p', f'seed:={value}', '-p', 'seed:=4'], SIM)
 
 
 def test_two_decimals_or_the_last_of_two_files_are_no_contradiction(tmp_path):
-    from tcp_muscle_ros.nodes.lifetime import check_arguments
+    from tcp_muscle_ros.nodes.arguments import check_arguments
 
     (tmp_path / 'a.yaml').write_text('/**:\n  ros__parameters:\n    current_limit_a: 1.0\n    seed: 3\n')
     (tmp_path / 'b.yaml').write_text('finger:\n  other_node:\n    ros__parameters:\n      current_limit_a: 1\n')

@@ -1,0 +1,73 @@
+"""Arguments of launch files, checked before anything starts: launch itself lets a mistake in them go by in silence."""
+
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from math import isfinite
+from pathlib import Path
+
+from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.settings.parameter_file import values_for
+
+Row = tuple[str, str, str]  # name, default, meaning
+
+FILE = 'params_file'
+_NUMBERS = ('rate_hz', 'real_time_factor', 'current_limit_a', 'duration_s')
+_SWITCHES = ('controller',)
+
+
+def read_arguments(
+    launch_file: str,
+    rows: Iterable[Row],
+    configurations: Mapping[str, str],
+    argv: Sequence[str] | None = None,
+    nodes: Iterable[str] = (),
+) -> dict[str, str]:
+    """The values of a launch file's arguments, by name.
+
+    Args:
+        launch_file: the file's own path. Where it is the one that was launched, each NAME:=VALUE must be one of its
+            arguments; within another launch file the names may be that one's.
+        rows: what it declares.
+        configurations: launch's, by name.
+        argv: the command line; default the process's.
+        nodes: names of the nodes that read the parameter file.
+
+    Raises:
+        BadInput: an unknown name, a parameter file that cannot be read or holds nothing, no number where one belongs.
+    """
+    argv = sys.argv if argv is None else argv
+    names = [name for name, _, _ in rows]
+    if Path(launch_file).name in {Path(word).name for word in argv}:
+        for word in argv:
+            name, given, _ = word.partition(':=')
+            if given and name not in names:
+                raise BadInput(f"unknown launch argument '{name}'{nearest(name, names)}")
+    values = {name: configurations[name] for name in names}
+    for name in _NUMBERS:
+        if values.get(name):
+            number(name, values[name])
+    for name in _SWITCHES:
+        if name in values:
+            switch(name, values[name])
+    if values.get(FILE):
+        for node in nodes:
+            values_for(Path(values[FILE]), node)
+    return values
+
+
+def number(name: str, text: str) -> float:
+    """The number that an argument is. Raises BadInput where it is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float('nan')
+    if not isfinite(value):
+        raise BadInput(f"launch argument '{name}' is '{text}'; expected a number")
+    return value
+
+
+def switch(name: str, text: str) -> bool:
+    """Whether an argument is on. Raises BadInput where it is neither true nor false."""
+    if text.lower() not in ('true', 'false', '1', '0'):
+        raise BadInput(f"launch argument '{name}' is '{text}'; expected true or false")
+    return text.lower() in ('true', '1')
