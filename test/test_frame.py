@@ -44,9 +44,10 @@ PYTHON_DEPENDENCIES = {
     'python3-jinja2': [('Jinja2', 'jinja2')],
     'python3-yaml': [('PyYAML', 'yaml')],
     'python3-rosbags-pip': [('rosbags', 'rosbags')],
-    # mcap requires the two compressors, and we read its chunks with them ourselves.
-    'python3-mcap-pip': [('mcap', 'mcap'), ('lz4', 'lz4'), ('zstandard', 'zstandard')],
 }
+# What rosdep has no key for (the README says how it is installed). mcap requires the two compressors, and we read its
+# chunks with them ourselves.
+WITHOUT_KEY = [('mcap', 'mcap'), ('lz4', 'lz4'), ('zstandard', 'zstandard')]
 # Extras that code imports only where they are asked for.
 OPTIONAL_DEPENDENCIES = {'cluster': {'distributed'}, 'labs': {'openpyxl', 'pandas', 'pyarrow'}, 'mujoco': {'mujoco'}}
 TEST_DEPENDENCIES = {
@@ -146,7 +147,7 @@ def test_package_xml_and_setup_py_declare_the_same(setup_py):
     required = {Requirement(text).name for text in setup_py['requires']} - {'setuptools'}
     from_xml = {key for key in declared('exec_depend') if key.startswith('python3-')}
     assert from_xml == set(PYTHON_DEPENDENCIES)
-    assert required == {pip_name for names in PYTHON_DEPENDENCIES.values() for pip_name, _ in names}
+    assert required == {pip_name for names in [*PYTHON_DEPENDENCIES.values(), WITHOUT_KEY] for pip_name, _ in names}
     assert declared('test_depend') == set(TEST_DEPENDENCIES)
     # colcon test finds no tests at all without pytest in this extra.
     assert set(setup_py['extras']['test']) == set(TEST_DEPENDENCIES.values())
@@ -157,7 +158,7 @@ def test_package_xml_and_setup_py_declare_the_same(setup_py):
 def test_what_is_imported_is_declared_and_the_reverse(setup_py):
     outside = {target.split('.')[0] for _, target in all_imports()}
     outside -= {'tcp_muscle_ros', '', *sys.stdlib_module_names}
-    python = {module for names in PYTHON_DEPENDENCIES.values() for _, module in names}
+    python = {module for names in [*PYTHON_DEPENDENCIES.values(), WITHOUT_KEY] for _, module in names}
     ros = {key for key in declared('exec_depend') if not key.startswith('python3-')}
     optional = set().union(*OPTIONAL_DEPENDENCIES.values())
     assert outside == python | optional | (ros - LAUNCH_DEPENDENCIES)

@@ -1,0 +1,73 @@
+"""What a ROS 2 installation makes of this package: rosdep's keys, and the plugins that its pytest loads."""
+
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+README = ' '.join((ROOT / 'README.md').read_text(encoding='utf-8').split())
+TAGS = ('depend', 'build_depend', 'exec_depend', 'test_depend', 'buildtool_depend')
+
+
+def keys():
+    package = ElementTree.parse(ROOT / 'package.xml').getroot()
+    return {element.text for tag in TAGS for element in package.findall(tag)}
+
+
+@pytest.fixture(scope='module')
+def known():
+    return yaml.safe_load((ROOT / 'test' / 'rosdep_keys.yaml').read_text(encoding='utf-8'))
+
+
+def test_rosdep_has_every_key_of_package_xml(known):
+    assert not {key for key in keys() if known.get(key, 'none') == 'none'}
+
+
+def test_what_comes_by_pip_is_said_with_what_ubuntu_needs_for_it(known):
+    by_pip = {key for key in keys() if known[key] == 'pip'}
+    assert by_pip == {'python3-rosbags-pip'}
+    assert 'PIP_BREAK_SYSTEM_PACKAGES=1 rosdep install' in README and '`rosbags`' in README
+    # No key of rosdep leads to these: one line installs them, mcap brings both compressors.
+    assert 'python3 -m pip install --break-system-packages mcap' in README
+
+
+BROKEN_PLUGIN = 'raise ImportError("a plugin for another pytest")\n'
+
+
+@pytest.mark.parametrize('name', ['launch_testing', 'launch_ros'])
+def test_a_plugin_of_ros_that_does_not_fit_this_pytest_stops_nothing(tmp_path, name):
+    """As an older launch_testing does beside a newer pytest: its entry point is found and must not be loaded."""
+    (tmp_path / 'of_another_time.py').write_text(BROKEN_PLUGIN)
+    info = tmp_path / f'{name}-1.0.dist-info'
+    info.mkdir()
+    (info / 'METADATA').write_text(f'Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n')
+    (info / 'entry_points.txt').write_text(f'[pytest11]\n{name} = of_another_time\n')
+    done = subprocess.run(
+        [
+            sys.executable,
+            '-m',
+            'pytest',
+            '--collect-only',
+            '-q',
+            '-p',
+            'no:cacheprovider',
+            'test/recording/test_units.py',
+        ],
+        cwd=ROOT,
+        env={'PYTHONPATH': f'{tmp_path}:{ROOT}', 'PATH': '/usr/bin:/bin', 'HOME': str(Path.home())},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_pytest_of_ubuntu_24_04_is_new_enough():
+    """7.4.4; .ci/run runs colcon's tests under it."""
+    tomllib = pytest.importorskip('tomllib', reason='tomllib is of Python 3.11')
+    options = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['tool']['pytest']['ini_options']
+    assert tuple(int(part) for part in options['minversion'].split('.')) <= (7, 4)
