@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tcp_muscle_ros.muscle.sensors import Noise, Sensor
 
 if TYPE_CHECKING:
@@ -15,24 +17,38 @@ if TYPE_CHECKING:
 _SENSORS = {'temperature': 'k', 'resistance': 'ohm', 'displacement': 'm', 'force': 'n'}
 
 
-def sensed(outputs: Outputs, file: ParameterFile) -> dict[str, NDArray]:
-    """The four output channels after lag, seeded noise and quantisation as the parameter file says."""
-    import numpy as np
+class Sensing:
+    """The sensors of one muscle as the parameter file describes them, for outputs that come piece by piece.
 
-    noise = Noise(int(file.number('seed')), len(_SENSORS))
-    steps = np.diff(outputs.time, prepend=outputs.time[0])
-    shown = {}
-    sensors = {
-        name: Sensor(
-            file.number(f'{name}_lag_s'), file.number(f'{name}_noise_{unit}'), file.number(f'{name}_quantum_{unit}')
-        )
-        for name, unit in _SENSORS.items()
-    }
-    if all(sensor.ideal for sensor in sensors.values()):
-        return {name: getattr(outputs, name) for name in _SENSORS}
-    draws = np.array([noise.row() for _ in outputs.time])
-    for k, (name, sensor) in enumerate(sensors.items()):
-        values = getattr(outputs, name).tolist()
-        read = [sensor.read(v, dt, z) for v, dt, z in zip(values, steps.tolist(), draws[:, k].tolist(), strict=True)]
-        shown[name] = np.array(read)
-    return shown
+    ``seed``: of the noise.
+    """
+
+    def __init__(self, file: ParameterFile, seed: int) -> None:
+        self._noise = Noise(seed, len(_SENSORS))
+        self._sensors = {
+            name: Sensor(
+                file.number(f'{name}_lag_s'), file.number(f'{name}_noise_{unit}'), file.number(f'{name}_quantum_{unit}')
+            )
+            for name, unit in _SENSORS.items()
+        }
+        self._last: float | None = None
+
+    def sensed(self, outputs: Outputs) -> dict[str, NDArray]:
+        """The four output channels after lag, noise and quantisation; outputs follow on those of the call before."""
+        if all(sensor.ideal for sensor in self._sensors.values()):
+            return {name: getattr(outputs, name) for name in _SENSORS}
+        before = outputs.time[0] if self._last is None else self._last
+        steps = np.diff(outputs.time, prepend=before).tolist()
+        self._last = float(outputs.time[-1])
+        draws = np.array([self._noise.row() for _ in steps])
+        return {
+            name: np.array(
+                [
+                    sensor.read(value, dt, normal)
+                    for value, dt, normal in zip(
+                        getattr(outputs, name).tolist(), steps, draws[:, k].tolist(), strict=True
+                    )
+                ]
+            )
+            for k, (name, sensor) in enumerate(self._sensors.items())
+        }

@@ -3,9 +3,25 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING, NamedTuple
 
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import add_force_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from tcp_muscle_ros.commands.domain import Domain
+    from tcp_muscle_ros.commands.progress import Progress
+    from tcp_muscle_ros.commands.sensing import Sensing
+    from tcp_muscle_ros.muscle import Outputs
+    from tcp_muscle_ros.recording.protocol import Protocol, Sampled
+    from tcp_muscle_ros.recording.recording import Recording
+    from tcp_muscle_ros.settings.parameter_file import ParameterFile
+
+_PIECE = 50_000  # ticks that are simulated and written at once: a long protocol takes no more memory than a short one
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -14,74 +30,143 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='BAG', help='a new bag (rosbag2, MCAP)')
     add_force_argument(parser)
+    parser.add_argument('--seed', type=int, metavar='N', help="of the sensors' noise (that of --params, else 0)")
 
 
-def run(args: argparse.Namespace) -> int:
-    """Simulate and write; sensor noise, quantisation and lag as the parameter file says."""
-    import numpy as np
+class Admitted(NamedTuple):
+    """What a simulation needs, once all of it is known to be good."""
 
-    from tcp_muscle_ros.commands.sensing import sensed
-    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_folder
-    from tcp_muscle_ros.muscle import ZERO_CELSIUS, simulate
-    from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW
-    from tcp_muscle_ros.recording.bag_writer import write_recording
+    output: Path
+    file: ParameterFile
+    protocol: Protocol
+    held: dict[str, float]
+    seed: int
+
+
+def admit(args: argparse.Namespace) -> Admitted:
+    """All that can be refused before anything is simulated."""
+    from tcp_muscle_ros.files.outputs import refuse_among, writable_folder
     from tcp_muscle_ros.recording.protocol import END_OPTIONS, read_protocol
-    from tcp_muscle_ros.recording.recording import Channel, Recording
     from tcp_muscle_ros.settings.parameter_file import read
 
     refuse_among(args.output, [args.protocol, args.params])
     output = writable_folder(args.output, force=args.force)
+    if args.seed is not None and args.seed < 0:
+        raise BadInput(f'--seed {args.seed}: expected a whole number of 0 or more')
     file = read(args.params)
     protocol = read_protocol(args.protocol)
-    sampled = protocol.sampled()
+    _refuse_what_no_node_takes(args.protocol, protocol)
     # The protocol says how the end is held; what it leaves open, the parameter file may say.
     held = {name: protocol.end_options.get(name, file.number(name)) for name in END_OPTIONS}
-    start = file.operating.get('initial_temperature_c')
-    outputs = simulate(
-        file.parameters,
-        sampled.time,
-        sampled.drive,
-        kind=sampled.kind,
-        load=sampled.load,
-        ambient=sampled.ambient,
-        end=protocol.end,
-        temperature=float(start) + ZERO_CELSIUS if isinstance(start, int | float) else None,
-        held_length=held['held_length_m'],
-        spring_rate=held['spring_rate_n_per_m'],
-        spring_rest_length=held['spring_rest_length_m'],
+    return Admitted(output, file, protocol, held, int(file.number('seed')) if args.seed is None else args.seed)
+
+
+def _refuse_what_no_node_takes(path: str, protocol: Protocol) -> None:
+    """A drive, load or room beyond what sim_node takes."""
+    from tcp_muscle_ros.control.safety import ABSURD
+    from tcp_muscle_ros.muscle import ZERO_CELSIUS
+    from tcp_muscle_ros.recording.recording import CHANNELS
+    from tcp_muscle_ros.settings.operating import OPERATING
+
+    load, room = OPERATING['load_n'], OPERATING['ambient_temperature_c']
+    limits = (
+        (protocol.kind, [segment.value for segment in protocol.segments], 0.0, ABSURD, CHANNELS[protocol.kind].unit),
+        ('load_n', [segment.load for segment in protocol.segments], load.low, load.high, load.unit),
+        ('ambient_c', [segment.ambient for segment in protocol.segments], room.low, room.high, room.unit),
     )
-    shown = np.abs(outputs.current) >= file.number('min_sense_current_a')
+    for name, ramps, low, high, unit in limits:
+        shift = ZERO_CELSIUS if name == 'ambient_c' else 0.0
+        for number, ramp in enumerate(ramps, 1):
+            for value in ramp or ():
+                if not low <= value - shift <= high:
+                    raise BadInput(
+                        f'{path}: segments {number}: {name} is {value - shift:g}, expected {low:g} to {high:g} {unit}, '
+                        'as sim_node'
+                    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Simulate and write; sensor noise, quantisation and lag as the parameter file says."""
+    from tcp_muscle_ros.commands.domain import Domain
+    from tcp_muscle_ros.commands.progress import Progress
+    from tcp_muscle_ros.files.outputs import in_place_of
+    from tcp_muscle_ros.recording.bag_writer import write_pieces
+
+    admitted = admit(args)
+    domain = Domain(admitted.file.parameters['H0'])
+    with Progress('simulating') as progress, in_place_of(admitted.output) as draft:
+        write_pieces(draft, _recordings(admitted, domain, progress))
+    protocol = admitted.protocol
+    print(f'{admitted.output}: {protocol.duration:g} s at {protocol.rate_hz:g} Hz; {domain.summary}')
+    for note in domain.notes():
+        print(f'note: {note}')
+    return 0
+
+
+def _recordings(admitted: Admitted, domain: Domain, progress: Progress) -> Iterator[Recording]:
+    """What is recorded, piece by piece."""
+    from tcp_muscle_ros.commands.sensing import Sensing
+    from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, simulate_on
+
+    output, file, protocol, held, seed = admitted
+    sensing = Sensing(file, seed)
+    start = file.operating.get('initial_temperature_c')
+    muscle: Muscle | None = None
+    for sampled in protocol.pieces(_PIECE):
+        first = muscle is None
+        if muscle is None:
+            muscle = Muscle(
+                file.parameters,
+                end=protocol.end,
+                load=float(sampled.load[0]),
+                held_length=held['held_length_m'],
+                spring_rate=held['spring_rate_n_per_m'],
+                spring_rest_length=held['spring_rest_length_m'],
+                ambient=float(sampled.ambient[0]),
+                temperature=float(start) + ZERO_CELSIUS if isinstance(start, int | float) else None,
+            )
+            known = {'end': protocol.end, 'load_n': float(sampled.load[0])} | {k: v for k, v in held.items() if v}
+        outputs = simulate_on(
+            muscle, sampled.time, sampled.drive, kind=sampled.kind, load=sampled.load, ambient=sampled.ambient
+        )
+        domain.look(outputs)
+        yield _recording(
+            str(output), sampled, outputs, sensing, file.number('min_sense_current_a'), known, skip=not first
+        )
+        progress.tell(f'{sampled.time[-1]:.0f} of {protocol.duration:.0f} s')
+
+
+def _recording(
+    name: str,
+    sampled: Sampled,
+    outputs: Outputs,
+    sensing: Sensing,
+    least_current: float,
+    known: dict[str, object],
+    *,
+    skip: bool,
+) -> Recording:
+    """One piece as it is recorded. ``skip``: its first instant was in the piece before."""
+    import numpy as np
+
+    from tcp_muscle_ros.recording.recording import Channel, Recording
+
+    kept = slice(1 if skip else 0, None)
+    outputs = outputs.between(kept)
     values = {
         'current': outputs.current,
         'voltage': outputs.voltage,
-        'load': sampled.load,
-        'ambient': sampled.ambient,
-        **sensed(outputs, file),
+        'load': sampled.load[kept],
+        'ambient': sampled.ambient[kept],
+        **sensing.sensed(outputs),
     }
     if sampled.kind == 'power':
         values['power'] = outputs.power
+    shown = np.abs(outputs.current) >= least_current
     channels = {
-        name: Channel(name, sampled.time[shown], value[shown], name)
+        name: Channel(name, outputs.time[shown], value[shown], name)
         if name == 'resistance'
-        else Channel(name, sampled.time, value, name)
+        else Channel(name, outputs.time, value, name)
         for name, value in values.items()
     }
-    known: dict[str, object] = {'end': protocol.end, 'load_n': float(sampled.load[0])}
-    known |= {name: value for name, value in held.items() if value}
-    with in_place_of(output) as draft:
-        write_recording(draft, Recording(str(output), channels, 0, known))
-    hot = float(outputs.fibre_temperature.max()) - ZERO_CELSIUS
-    print(
-        f'{output}: {protocol.duration:g} s at {protocol.rate_hz:g} Hz; hottest {hot:.1f} degC, '
-        f'largest contraction {1e3 * float(outputs.displacement.max()):.2f} mm'
-    )
-    in_range = (outputs.fibre_temperature >= DOMAIN_LOW) & (outputs.fibre_temperature <= DOMAIN_HIGH)
-    beyond = float(np.mean(in_range & ~outputs.in_domain))
-    if beyond:
-        print(f'note: {100 * beyond:.0f} % of the time a free law is asked beyond its table, where it goes on straight')
-    outside = float(np.mean(~in_range))
-    if outside:
-        print(
-            f'note: {100 * outside:.0f} % of the time the fibre is outside 0 to 120 degC, where the model is not valid'
-        )
-    return 0
+    return Recording(name, channels, 0, known)

@@ -1,7 +1,7 @@
 """The muscle as everyone uses it: one that steps, and a whole recording at once."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import NamedTuple
 
@@ -61,6 +61,11 @@ class Outputs:
     slack: NDArray[np.bool_]
     heated: float
     lost: float
+
+    def between(self, kept: slice) -> 'Outputs':
+        """Some of the instants; ``heated`` and ``lost`` stay those of all."""
+        columns = {name: getattr(self, name)[kept] for name in ('time', *_COLUMNS)}
+        return replace(self, **columns)
 
     @property
     def velocity(self) -> Array:
@@ -251,6 +256,40 @@ def simulate(
     Raises:
         BadInput: times that do not increase, lengths that differ, values that are not finite.
     """
+    imposed = _columns(parameters, time, drive, load, ambient)
+    _, drives, loads, ambients = imposed
+    muscle = Muscle(
+        parameters,
+        end=end,
+        load=float(loads[0]) if starting_load is None else starting_load,
+        held_length=held_length,
+        spring_rate=spring_rate,
+        spring_rest_length=spring_rest_length,
+        ambient=float(ambients[0]),
+        temperature=temperature,
+    )
+    muscle._impose(float(drives.min()), kind, None, None)
+    followed = parameters.followed(resolution, hottest)
+    return _shown_by(muscle, followed, imposed, only)
+
+
+def simulate_on(
+    muscle: Muscle, time: ArrayLike, drive: ArrayLike, *, kind: str = 'current', load: ArrayLike, ambient: ArrayLike
+) -> Outputs:
+    """As ``simulate``, from the state that a muscle is in, which it leaves in that of the last instant.
+
+    A long simulation is done piece by piece so, with the same result to the last bit: each piece begins with the last
+    instant of the one before, which is shown again.
+    """
+    imposed = _columns(muscle.parameters, time, drive, load, ambient)
+    muscle._impose(float(imposed[1].min()), kind, None, None)
+    return _shown_by(muscle, muscle.parameters.followed(1.0, None), imposed, None)
+
+
+def _columns(
+    parameters: Parameters, time: ArrayLike, drive: ArrayLike, load: ArrayLike | None, ambient: ArrayLike | None
+) -> tuple[Array, Array, Array, Array]:
+    """Time, drive, load and ambient as columns of one length. Raises BadInput as ``simulate``."""
     times = np.require(time, np.float64, ('C', 'W'))
     if times.ndim != 1 or times.size == 0 or not (np.all(np.isfinite(times)) and np.all(np.diff(times) > 0.0)):
         raise BadInput('time: expected one finite, increasing column with at least one entry')
@@ -270,18 +309,14 @@ def simulate(
     ambients = column('ambient', parameters['T0'] if ambient is None else ambient)
     if loads.min() < 0.0:
         raise BadInput(f'load = {loads.min()} N: a load pulls, 0 or more')
-    muscle = Muscle(
-        parameters,
-        end=end,
-        load=float(loads[0]) if starting_load is None else starting_load,
-        held_length=held_length,
-        spring_rate=spring_rate,
-        spring_rest_length=spring_rest_length,
-        ambient=float(ambients[0]),
-        temperature=temperature,
-    )
-    muscle._impose(float(drives.min()), kind, None, None)
-    followed = parameters.followed(resolution, hottest)
+    return times, drives, loads, ambients
+
+
+def _shown_by(
+    muscle: Muscle, followed: Array, imposed: tuple[Array, Array, Array, Array], only: Collection[str] | None
+) -> Outputs:
+    """What a muscle shows under what is imposed on it, as columns."""
+    times, drives, loads, ambients = imposed
     kept = [k for k, name in enumerate(_COLUMNS) if only is None or name in only]
     found = np.empty((len(kept), times.size))
     at_once = times.size if only is None else _PIECE

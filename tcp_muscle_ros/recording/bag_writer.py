@@ -2,8 +2,9 @@
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -272,10 +273,22 @@ def write_recordings(path: str | Path, recordings: Mapping[str, Recording]) -> N
 
     All or nothing: interrupted or on a full disk, the begun bag is removed, for it would pass for a shorter recording.
     """
-    writer = BagWriter(path, known=next(iter(recordings.values())).known)
+    _write_or_remove(path, iter([recordings]))
+
+
+def write_pieces(path: str | Path, pieces: Iterable[Recording]) -> None:
+    """A Recording that comes piece by piece, one after the other in time; otherwise as `write_recording`."""
+    _write_or_remove(path, ({'': piece} for piece in pieces))
+
+
+def _write_or_remove(path: str | Path, pieces: Iterator[Mapping[str, Recording]]) -> None:
+    """Pieces of Recordings by namespace."""
+    first = next(pieces)
+    writer = BagWriter(path, known=next(iter(first.values())).known)
     try:
         with writer:
-            _write_all(writer, recordings)
+            for recordings in chain([first], pieces):
+                _write_all(writer, recordings)
     except OSError as error:
         writer.remove()
         raise BadInput(f'{path}: cannot be written ({error.strerror}); nothing is left of it') from None

@@ -11,7 +11,7 @@ segments:
 ```
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -27,7 +27,7 @@ ENDS = ('load', 'blocked', 'spring')
 END_OPTIONS = ('held_length_m', 'spring_rate_n_per_m', 'spring_rest_length_m')
 DEFAULT_LOAD_N = 0.588399  # 60 g, the load of the paper's figures
 DEFAULT_AMBIENT_C = 23.0
-_MOST_SAMPLES = 50_000_000
+_MOST_SAMPLES, _MOST_SEGMENTS = 50_000_000, 5_000_000
 
 
 class Ramp(NamedTuple):
@@ -78,25 +78,61 @@ class Protocol:
         """All segments, all repeats, s."""
         return self.repeat * sum(segment.duration for segment in self.segments)
 
+    @property
+    def ticks(self) -> int:
+        """How many ticks it lasts; it is sampled once more, at its end."""
+        return round(self.duration * self.rate_hz)
+
     def sampled(self) -> Sampled:
         """The protocol at its rate; a segment begins with the first tick at or after its start."""
-        ticks = round(self.duration * self.rate_hz)
-        time = np.arange(ticks + 1) / self.rate_hz
-        drive, load, ambient = (np.empty(ticks + 1) for _ in range(3))
-        start, first = 0.0, 0
-        load_now, ambient_now = Ramp(self.load, self.load), Ramp(self.ambient, self.ambient)
-        segments = self.segments * self.repeat
-        for k, segment in enumerate(segments):
+        (everything,) = self.pieces(self.ticks + 1)
+        return everything
+
+    def pieces(self, most: int) -> Iterator[Sampled]:
+        """The same, at least ``most`` and fewer than twice as many ticks at a time, but for the last piece.
+
+        Each piece begins with the last tick of the one before: what holds there holds into it.
+        """
+        parts: list[Sampled] = []
+        fresh = 0  # ticks among the parts that no piece had yet
+        for part in self._parts(most):
+            parts.append(part)
+            fresh += len(part.time)
+            if fresh >= most:
+                whole = _joined(parts)
+                yield whole
+                parts, fresh = [_last_tick(whole)], 0
+        if fresh:
+            yield _joined(parts)
+
+    def _parts(self, most: int) -> Iterator[Sampled]:
+        """Each segment, at most ``most`` ticks at a time."""
+        start, first, count = 0.0, 0, self.repeat * len(self.segments)
+        load, ambient = Ramp(self.load, self.load), Ramp(self.ambient, self.ambient)
+        for k in range(count):
+            segment = self.segments[k % len(self.segments)]
             end = start + segment.duration
             # a microtick of slack: 0.1 s at 10 Hz is one tick, whatever its binary fraction
-            after = ticks + 1 if k == len(segments) - 1 else int(np.ceil(end * self.rate_hz - 1e-6))
-            share = np.clip((time[first:after] - start) / segment.duration, 0.0, 1.0)
-            load_now = segment.load or Ramp(load_now.end, load_now.end)
-            ambient_now = segment.ambient or Ramp(ambient_now.end, ambient_now.end)
-            for samples, ramp in ((drive, segment.value), (load, load_now), (ambient, ambient_now)):
-                samples[first:after] = ramp.start + share * (ramp.end - ramp.start)
+            after = self.ticks + 1 if k == count - 1 else int(np.ceil(end * self.rate_hz - 1e-6))
+            load = segment.load or Ramp(load.end, load.end)
+            ambient = segment.ambient or Ramp(ambient.end, ambient.end)
+            for at in range(first, after, most):
+                time = np.arange(at, min(at + most, after)) / self.rate_hz
+                share = np.clip((time - start) / segment.duration, 0.0, 1.0)
+                samples = (ramp.start + share * (ramp.end - ramp.start) for ramp in (segment.value, load, ambient))
+                yield Sampled(time, self.kind, *samples)
             start, first = end, max(first, after)
-        return Sampled(time, self.kind, drive, load, ambient)
+
+
+def _joined(parts: Sequence[Sampled]) -> Sampled:
+    time, drive, load, ambient = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ('time', 'drive', 'load', 'ambient')
+    )
+    return Sampled(time, parts[0].kind, drive, load, ambient)
+
+
+def _last_tick(piece: Sampled) -> Sampled:
+    return Sampled(piece.time[-1:], piece.kind, piece.drive[-1:], piece.load[-1:], piece.ambient[-1:])
 
 
 def read_protocol(path: str | Path) -> Protocol:
@@ -116,6 +152,10 @@ def parse_protocol(file: Section) -> Protocol:
             raise BadInput(f'{entry.where}: load_n is {min(load):g}, expected >= 0: a load can only pull')
         value = _ramp(entry, 'value')
         assert value is not None
+        if min(value) < 0.0:
+            raise BadInput(
+                f'{entry.where}: value is {min(value):g}, expected >= 0: either direction heats, and no node takes less'
+            )
         segments.append(
             Segment(
                 entry.number('duration_s', above=0.0),
@@ -134,6 +174,11 @@ def parse_protocol(file: Section) -> Protocol:
         ambient=UNITS['degC'].to_si(file.number('ambient_c', DEFAULT_AMBIENT_C)),
         end_options={key: file.number(key) for key in END_OPTIONS if key in file},
     )
+    if protocol.repeat * len(segments) > _MOST_SEGMENTS:
+        raise BadInput(
+            f'{file.where}: {len(segments)} segment(s), {protocol.repeat} times, expected at most {_MOST_SEGMENTS:.0e} '
+            'in all'
+        )
     samples = protocol.duration * protocol.rate_hz
     if samples < 1 or samples > _MOST_SAMPLES:
         raise BadInput(

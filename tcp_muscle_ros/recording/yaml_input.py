@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.files.inputs import read_text
 from tcp_muscle_ros.files.yaml_text import NotYaml, parse
 
 
@@ -119,7 +120,7 @@ def load_yaml(path: str | Path) -> Section:
     """A YAML file whose content is a mapping. BadInput: missing, unreadable, or no YAML (with line and column)."""
     path = Path(path)
     try:
-        content = parse(path.read_text(encoding='utf-8'))
+        content = parse(read_text(path))
     except OSError as error:
         siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
         hint = nearest(path.name, [name for name in siblings if name.endswith(('.yaml', '.yml'))])

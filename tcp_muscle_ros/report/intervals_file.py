@@ -7,10 +7,11 @@ band of a replay.
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
 
 if TYPE_CHECKING:
@@ -60,14 +61,19 @@ def write_intervals(path: str | Path, calibration: 'Calibration') -> None:
 
 
 def variants(parameter_file: str | Path, parameters: Parameters, seed: int = 0) -> Mapping[int, Parameters] | None:
-    """Muscles drawn from the intervals beside a parameter file; None where there are none."""
+    """Muscles drawn from the intervals beside a parameter file; None where there are none. BadInput: damaged ones."""
     path = path_beside(parameter_file)
     if not path.is_file():
         return None
-    content = json.loads(path.read_text())
-    if content.get('schema') != SCHEMA:
-        return None
-    covariance = np.array(content['covariance'])
+    try:
+        content = json.loads(path.read_text(encoding='utf-8'))
+        return _drawn(content, parameters, seed) if content.get('schema') == SCHEMA else None
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError, np.linalg.LinAlgError):
+        raise BadInput(f'{path}: damaged; calibrate again, or remove it to replay without a band') from None
+
+
+def _drawn(content: Mapping[str, Any], parameters: Parameters, seed: int) -> Mapping[int, Parameters]:
+    covariance = np.array(content['covariance'], dtype=np.float64)
     draws = np.random.default_rng(seed).multivariate_normal(
         np.zeros(len(covariance)), covariance, _DRAWS, check_valid='ignore'
     )

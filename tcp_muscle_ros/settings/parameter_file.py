@@ -11,6 +11,7 @@ from math import isfinite
 from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.files.inputs import read_text
 from tcp_muscle_ros.files.yaml_text import NotYaml, parse
 from tcp_muscle_ros.muscle import SETS, TABLE, Parameters
 from tcp_muscle_ros.muscle.edges import EDGES, EdgeValue, inside, names, outside
@@ -148,7 +149,7 @@ def _text(value: Value) -> str:
 def load(path: Path) -> object:
     """The YAML in a file, whatever it holds. Raises BadInput where the file is missing or does not parse."""
     try:
-        text = path.read_text()
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else 'not a text file'
         raise BadInput(f'{path}: cannot read the parameter file: {reason}') from None

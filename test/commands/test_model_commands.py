@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.tool import main
 
 PROTOCOL = """
 rate_hz: 20
@@ -217,3 +218,16 @@ def test_forced_a_bag_and_a_figure_take_the_place_of_the_old(made, tmp_path):
     assert figure.read_bytes().startswith(b'\x89PNG')
     assert 'temperature' in read_bag(out, namespace='predicted')
     assert sorted(file.name for file in tmp_path.iterdir()) == ['bag', 'there.png']
+
+
+OURS = '{"schema": "tcp_muscle_ros/calibration-1"'
+
+
+@pytest.mark.parametrize(
+    'text', ['', '{', '[]', '\xff', OURS + '}', OURS + ', "covariance": [["x"]], "coordinates": [{"name": "hA"}]}']
+)
+def test_damaged_intervals_are_one_line(made, tmp_path, capsys, text):
+    (tmp_path / 'mine.yaml').write_text(MUSCLE)
+    (tmp_path / 'mine.intervals.json').write_text(text, encoding='latin-1')
+    assert main(['replay', str(made / 'plain'), '--params', str(tmp_path / 'mine.yaml')]) == 2
+    assert 'mine.intervals.json: damaged; calibrate again, or remove it' in capsys.readouterr().err

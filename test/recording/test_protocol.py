@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,22 @@ def test_a_segment_that_ends_between_ticks_lasts_until_the_next_tick(protocol):
     assert sampled.drive.tolist() == [1, 1, 1, 2, 2, 2]
 
 
+def test_pieces_are_the_whole_and_begin_with_the_last_tick_before(protocol):
+    made = protocol(
+        '{rate_hz: 100, input: current, repeat: 40, segments: [{duration_s: 0.104, value: [0, 1], load_n: 0.5}, '
+        '{duration_s: 3.3, value: 0, ambient_c: [20, 30]}, {duration_s: 0.002, value: 1, load_n: [1, 2]}]}'
+    )
+    whole = made.sampled()
+    for most in (1, 7, 1000, len(whole.time) - 1, len(whole.time)):
+        pieces = list(made.pieces(most))
+        assert max(len(piece.time) for piece in pieces) <= 2 * most
+        for before, after in pairwise(pieces):
+            assert before.time[-1] == after.time[0]
+        for name in ('time', 'drive', 'load', 'ambient'):
+            parts = [getattr(piece, name)[k > 0 :] for k, piece in enumerate(pieces)]
+            np.testing.assert_array_equal(np.concatenate(parts), getattr(whole, name))
+
+
 def test_the_end_of_the_muscle(protocol):
     spring = protocol(
         '{rate_hz: 1, input: current, end: spring, spring_rate_n_per_m: 20, segments: [{duration_s: 1, value: 0}]}'
@@ -88,6 +106,8 @@ HEAD = 'rate_hz: 10\ninput: current\n'
         (HEAD + 'segments: [{duration_s: 1, value: high}]', "value is 'high', expected a number"),
         (HEAD + 'segments: [{duration_s: 0, value: 1}]', 'duration_s is 0, expected a number > 0'),
         (HEAD + 'segments: [{duration_s: 1, value: 1, load_n: -1}]', 'a load can only pull'),
+        (HEAD + 'segments: [{duration_s: 1, value: [0.2, -0.1]}]', 'segments 1: value is -0.1, expected >= 0'),
+        (HEAD + 'repeat: 1e9\nsegments: [{duration_s: 1e-9, value: 1}]', 'expected at most 5e\\+06'),
         (HEAD + 'repeat: 1.5\nsegments: [{duration_s: 1, value: 1}]', 'expected a whole number of 1 or more'),
         (HEAD + 'end: free\nsegments: [{duration_s: 1, value: 1}]', "end is 'free'; known: blocked, load, spring"),
         (HEAD + 'segments: [{duration_s: 1e9, value: 1}]', '1e\\+10 samples'),
