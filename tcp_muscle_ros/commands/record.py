@@ -6,6 +6,7 @@ import argparse
 import math
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.outputs import add_force_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -13,6 +14,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--output', required=True, metavar='BAG', help='the new bag, a directory')
     parser.add_argument('--duration', type=float, metavar='S', help='stop so long after the first message')
     parser.add_argument('--namespace', default='', metavar='NS', help="where the muscle's topics are (default: /)")
+    add_force_argument(parser)
     parser.add_argument('--use-sim-time', action='store_true', help='log times from /clock')
 
 
@@ -31,5 +33,6 @@ def run(args: argparse.Namespace) -> int:
         namespace=args.namespace,
         duration=args.duration,
         use_sim_time=args.use_sim_time,
+        force=args.force,
         say=lambda sentence: print(sentence, flush=True),
     )

@@ -5,8 +5,11 @@ are taken in turns every few milliseconds instead of through an executor, whose 
 rest (at 1 kHz and six topics), and keep the time at which the middleware received them.
 """
 
+import os
+import shutil
 import signal
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
@@ -24,11 +27,13 @@ from std_msgs.msg import Float64
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import writable_folder, writing
-from tcp_muscle_ros.recording.bag_writer import BagWriter, refuse_existing
+from tcp_muscle_ros.nodes.log_times import LogTimes
+from tcp_muscle_ros.recording.bag_writer import BagWriter
 from tcp_muscle_ros.recording.recording import CHANNELS
 
+DIAGNOSTICS = '/diagnostics'
 TOPICS: dict[str, type] = {kind.topic: Temperature if kind.stamped else Float64 for kind in CHANNELS.values()}
-TOPICS |= {'joint_states': JointState, '/diagnostics': DiagnosticArray}
+TOPICS |= {'joint_states': JointState, DIAGNOSTICS: DiagnosticArray}
 
 _TURN_S = 0.004
 _QUEUE = 5000  # messages a topic: more than two seconds at 2 kHz, should the disk stall
@@ -44,15 +49,17 @@ def record(
     namespace: str = '',
     duration: float | None = None,
     use_sim_time: bool = False,
+    force: bool = False,
     say: Callable[[str], None] = print,
 ) -> int:
     """Record until SIGINT, SIGTERM, or `duration` s after the first message; returns the exit code 0.
 
     use_sim_time  log times are those of /clock instead of the system's
+    force         a bag that is there already goes, once the new one is whole
 
-    BadInput: `output` exists or cannot be written, no such namespace, or no message where a duration is given.
+    BadInput: `output` exists or cannot be written, no such namespace, or no message of a muscle came.
     """
-    output = writable_folder(refuse_existing(output))
+    output = writable_folder(output, force=force)
     asked: list[int] = []
     handlers = {number: signal.signal(number, lambda *_: asked.append(1)) for number in (signal.SIGINT, signal.SIGTERM)}
     with ExitStack() as ending:  # each step is taken although one before it fails, as closing does on a full disk
@@ -63,6 +70,8 @@ def record(
         recorder = Recorder(output, namespace, use_sim_time, say)
         ending.callback(recorder.close)
         recorder.run(duration, lambda: bool(asked))
+        if recorder.lacking:
+            raise BadInput(f'no message came {recorder.lacking}; {output} was not written')
     return 0
 
 
@@ -98,6 +107,9 @@ class Recorder:
         self._clock = self._node.create_subscription(Clock, '/clock', _unused, best_effort) if use_sim_time else None
         self._sim_time_ns: int | None = None
         self._before_clock: list[tuple[str, bytes]] = []
+        self._log_times = {topic: LogTimes() for topic in self._types}
+        self._before_muscle: deque[tuple[str, bytes, int]] = deque(maxlen=_QUEUE)
+        self._replaced: Path | None = None
         self._bag: BagWriter | None = None
         self._best_effort: set[str] = set()
         self._warned: set[str] = set()
@@ -111,6 +123,13 @@ class Recorder:
     def topics(self) -> frozenset[str]:
         """Those of which a message is in the bag."""
         return frozenset() if self._bag is None else frozenset(t for t, n in self._bag.counts.copy().items() if n)
+
+    @property
+    def lacking(self) -> str:
+        """What did not come, where nothing is in the bag; else nothing."""
+        if self._bag is not None:
+            return ''
+        return f'{"on /clock" if self._before_clock else f"of a muscle under {self._namespace}"}{self._elsewhere()}'
 
     def run(self, duration: float | None, stop: Callable[[], bool]) -> None:
         """Take and write until `stop()`, or `duration` s after the first message."""
@@ -141,17 +160,10 @@ class Recorder:
                 said = now
             time.sleep(_TURN_S)
         self.take()
-        if self._bag is None:
-            lacking = ' on /clock' if self._before_clock else ''
-            self._say(f'no message came{lacking}, {self._output} was not written')
 
     def take(self) -> None:
         """Write all messages that have come, in the order in which they came."""
-        arrived: list[tuple[int, str, bytes]] = []
-        for topic, subscription in self._subscriptions.items():
-            with subscription.handle:
-                while (taken := subscription.handle.take_message(subscription.msg_type, True)) is not None:
-                    arrived.append((taken[1]['received_timestamp'], topic, taken[0]))
+        arrived = [message for topic in self._subscriptions for message in self._taken(topic)]
         if self._clock is not None:
             with self._clock.handle:
                 while (taken := self._clock.handle.take_message(Clock, False)) is not None:
@@ -172,15 +184,37 @@ class Recorder:
                 elif len(self._before_clock) < _QUEUE:  # there is no time yet: logged with the first /clock
                     self._before_clock.append((topic, payload))
 
+    def _taken(self, topic: str) -> list[tuple[int, str, bytes]]:
+        """The messages of a topic that have come, each with its log time (ns)."""
+        subscription, messages = self._subscriptions[topic], []
+        with subscription.handle:
+            while (taken := subscription.handle.take_message(subscription.msg_type, True)) is not None:
+                messages.append(taken)
+        received, sent = ([info[f'{when}_timestamp'] for _, info in messages] for when in ('received', 'source'))
+        times = self._log_times[topic].of(received, sent)
+        return [(time_ns, topic, message) for time_ns, (message, _) in zip(times, messages, strict=True)]
+
     def _write(self, topic: str, payload: bytes, log_time_ns: int) -> None:
         if self._bag is None:
+            if topic == DIAGNOSTICS:  # of whichever node: no muscle was heard yet
+                self._before_muscle.append((topic, payload, log_time_ns))
+                return
+            self._make_room()
             self._bag = BagWriter(self._output, known=self._known)
+            for earlier in self._before_muscle:
+                self._write(*earlier)
         if topic not in self._bag.counts:
             kind = self._types[topic]
             self._bag.add_topic(topic, f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}')
             self._say(f'recording {topic}')
         self._bag.write_serialized(topic, payload, log_time_ns)
         self._count += 1
+
+    def _make_room(self) -> None:
+        """What is there already, where it may be replaced, is kept beside the new bag until that is whole."""
+        if self._output.exists():
+            self._replaced = self._output.with_name(f'.{self._output.name}.replaced-{os.getpid()}')
+            self._output.rename(self._replaced)
 
     def _writing(self) -> AbstractContextManager[None]:
         return writing(self._output, '; what was written until then is kept')
@@ -220,6 +254,8 @@ class Recorder:
                 with self._writing():
                     bag.close()
                 self._say(f'{self._count} messages on {len(bag.counts)} topics in {self._output}')
+                if self._replaced is not None:
+                    shutil.rmtree(self._replaced, ignore_errors=True)
         finally:
             self._node.destroy_node()
 

@@ -323,9 +323,53 @@ def test_stopped_before_the_first_message_no_bag_is_written(record, tmp_path):
     line(recorder, 'waiting')
     recorder.send_signal(signal.SIGINT)
     out, error = recorder.communicate(timeout=30)
-    assert (recorder.returncode, error) == (0, '')
-    assert 'no message came' in out
+    assert recorder.returncode == 2, out
+    assert error.startswith('tcp_muscle record: no message came of a muscle under /; ')
+    assert error.endswith('bag was not written\n') and error.count('\n') == 1
     assert not (tmp_path / 'bag').exists()
+
+
+# A node that is no muscle says how it is: diagnostics.py
+DIAGNOSED = """
+import time
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+rclpy.init()
+publisher = rclpy.create_node('camera').create_publisher(DiagnosticArray, '/diagnostics', 10)
+while True:
+    publisher.publish(DiagnosticArray())
+    if publisher.get_subscription_count():
+        print('heard', flush=True)
+    time.sleep(0.02)
+"""
+
+
+def test_where_only_diagnostics_are_heard_no_bag_is_written_and_the_old_one_stays(start, record, tmp_path):
+    (tmp_path / 'bag').mkdir()
+    (tmp_path / 'bag' / 'bag_0.mcap').write_text('old')
+    recorder = record('--force')
+    line(recorder, 'waiting')
+    line(start('-c', DIAGNOSED), 'heard')
+    time.sleep(0.5)
+    recorder.send_signal(signal.SIGINT)
+    out, error = recorder.communicate(timeout=30)
+    assert recorder.returncode == 2, out
+    assert 'no message came of a muscle under /' in error
+    assert [path.name for path in tmp_path.iterdir()] == ['bag']
+    assert (tmp_path / 'bag' / 'bag_0.mcap').read_text() == 'old'
+
+
+def test_a_bag_is_replaced_by_force_once_the_new_one_is_whole(publish, record, tmp_path):
+    (tmp_path / 'bag').mkdir()
+    (tmp_path / 'bag' / 'bag_0.mcap').write_text('old')
+    recorder = record('--force')
+    line(recorder, 'waiting')
+    line(publish(100, 50, '/'), 'published')
+    recorder.send_signal(signal.SIGINT)
+    out, error = recorder.communicate(timeout=30)
+    assert (recorder.returncode, error) == (0, ''), out
+    assert len(read_bag(tmp_path / 'bag')['displacement']) == 50
+    assert [path.name for path in tmp_path.iterdir()] == ['bag']
 
 
 @pytest.mark.parametrize(
