@@ -1,6 +1,6 @@
 """The torques by which the joints of a robot hold its links against gravity, from its URDF.
 
-    tau_j = - axis_j . sum_i (c_i - o_j) x (m_i g)   over the links i that joint j carries
+    tau_j = - axis_j . sum_i m_i (c_i - o_j) x g   over the links i that joint j carries
 
 Fixed and turning joints; links without ``inertial`` weigh nothing.
 """
@@ -35,10 +35,15 @@ def _numbers(element: ElementTree.Element | None, name: str, default: str) -> Ar
     return np.array([float(part) for part in text.split()])
 
 
+def _cross(vector: Array) -> Array:
+    """The matrix that multiplies from the left as ``vector x``."""
+    x, y, z = vector.tolist()
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def rotation(axis: Array, angle: float) -> Array:
     """The matrix that turns by ``angle`` (rad) about a unit ``axis``. Rodrigues."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    cross = _cross(axis)
     return np.asarray(np.eye(3) + sin(angle) * cross + (1.0 - cos(angle)) * (cross @ cross))
 
 
@@ -120,22 +125,23 @@ class Gravity:
             turn, place = (np.eye(3), np.zeros(3)) if link.parent < 0 else (turns[link.parent], places[link.parent])
             places.append(place + turn @ link.place)
             turns.append(turn @ link.turn @ rotation(link.axis, angles.get(link.joint, 0.0) if link.joint else 0.0))
-        weight, moment = self._carried(places, turns, np.asarray(gravity, dtype=np.float64))
+        mass, first_moment = self._carried(places, turns)
+        pull = np.asarray(gravity, dtype=np.float64)
         return {
-            link.joint: float(-(turns[k] @ link.axis) @ (moment[k] - np.cross(places[k], weight[k])))
+            link.joint: float(-(first_moment[k] - mass[k] * places[k]) @ _cross(pull) @ turns[k] @ link.axis)
             for k, link in enumerate(self._links)
             if link.joint
         }
 
-    def _carried(self, places: list[Array], turns: list[Array], gravity: Array) -> tuple[Array, Array]:
-        """Of each link with all that hangs on it: weight (N) and its moment about the origin (N m)."""
-        weight, moment = np.zeros((len(places), 3)), np.zeros((len(places), 3))
-        for k in range(len(places) - 1, -1, -1):
-            link = self._links[k]
-            pull = link.mass * gravity
-            weight[k] += pull
-            moment[k] += np.cross(places[k] + turns[k] @ link.centre, pull)
-            if link.parent >= 0:
-                weight[link.parent] += weight[k]
-                moment[link.parent] += moment[k]
-        return weight, moment
+    def _carried(self, places: list[Array], turns: list[Array]) -> tuple[Array, Array]:
+        """Of each link with all that hangs on it: mass (kg), and mass times place (kg m)."""
+        mass = np.array([link.mass for link in self._links])
+        moment = np.array(
+            [link.mass * (at + turn @ link.centre) for link, at, turn in zip(self._links, places, turns, strict=True)]
+        )
+        for k in range(len(places) - 1, 0, -1):
+            parent = self._links[k].parent
+            if parent >= 0:
+                mass[parent] += mass[k]
+                moment[parent] += moment[k]
+        return mass, moment

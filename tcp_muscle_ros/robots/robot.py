@@ -120,6 +120,34 @@ class Robot:
         self._mj.mj_forward(self.model, self.data)
         return float(found[0] - found[1]) / 2e-4
 
+    def cables(self) -> list[Array]:
+        """The way of each tendon over its pulleys, shape (points, 3), m."""
+        data, ways = self.data, []
+        for tendon in np.arange(self.model.ntendon)[self._tendon]:
+            first = int(data.ten_wrapadr[tendon])
+            points = data.wrap_xpos.reshape(-1, 3)[first : first + int(data.ten_wrapnum[tendon])]
+            ways.append(points.copy())
+        return ways
+
+    def coils(self) -> list[tuple[Array, Array]]:
+        """Where each muscle's coil lies: from the anchor of its tendon as far as it is long, m."""
+        found = []
+        for way, length in zip(self.cables(), self.lengths(), strict=True):
+            towards = way[1] - way[0]
+            whole = float(np.linalg.norm(towards))
+            found.append((way[0], way[0] + towards * min(max(length, 0.0), whole) / whole))
+        return found
+
+    def pressure(self, geom: int) -> float:
+        """N: what presses on a geom (by its number), all contacts together."""
+        force, pressed = np.zeros(6), 0.0
+        for k in range(self.data.ncon):
+            contact = self.data.contact[k]
+            if geom in (contact.geom1, contact.geom2):
+                self._mj.mj_contactForce(self.model, self.data, k, force)
+                pressed += float(force[0])
+        return pressed
+
     @property
     def temperatures(self) -> Array:
         """Of the fibres, K."""

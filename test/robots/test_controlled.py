@@ -34,3 +34,16 @@ def test_muscles_that_are_not_as_believed_are_turned_to_the_same_angles():
     shoulder, elbow = lifted(True, other)
     assert shoulder[-1] == pytest.approx(0.6, abs=5e-3)
     assert elbow[-1] == pytest.approx(0.3, abs=3e-3)
+
+
+def test_a_tendon_that_is_pushed_slack_is_taken_up_again():
+    """Pushed by hand further than its flexor is stretched, and let go: the flexor is slack, then it pulls again."""
+    arm = ControlledRobot('arm', PAPER, load=0.15)
+    pushed, tensions = arm.robot.data.qfrc_applied, []
+    for k in range(800):
+        pushed[arm.robot.speed_place('shoulder')] = 0.02 if 50 <= k < 200 else 0.0
+        arm.tick([0.2, 0.0], [0.3, 0.3])
+        tensions.append(arm.robot.tensions[0])
+    assert max(tensions[100:200]) == 0.0
+    assert tensions[-1] > 0.1 and arm.angles == pytest.approx((0.2, 0.0), abs=0.01)
+    assert arm.robot.temperatures.max() < 373.65
