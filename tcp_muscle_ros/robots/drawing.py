@@ -27,7 +27,7 @@ class Drawing:
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=self._size, dpi=_DPI)
-        canvas = FigureCanvasAgg(figure)
+        canvas: Any = FigureCanvasAgg(figure)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
         # From the side that is farthest in y: what is nearer to the camera is drawn over it.
@@ -42,7 +42,8 @@ class Drawing:
         axes.set_aspect('equal', adjustable='datalim')
         axes.margins(0.05)
         canvas.draw()
-        return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+        seen: NDArray[np.uint8] = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+        return seen
 
     @staticmethod
     def _geom(axes: Any, robot: Robot, geom: int) -> None:

@@ -7,6 +7,7 @@ gravity turns from "into the palm" to "along the palm, out of the grasp", as if 
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, pi, sin
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ OPEN_POSE, GRASP_POSE = (-0.15, 0.0), (0.3, 0.5)  # rad: knuckle, middle
 COCONTRACTION = 0.6  # N
 WARMEST = 75.0 + ZERO_CELSIUS  # K: as hard as it presses; it would go to its temperature limit else
 _GRAVITY = 9.81  # m/s^2
+_COLUMNS = ('time', 'setpoints', 'angles', 'tensions', 'temperatures', 'ball', 'pressed', 'turned')
 
 
 @dataclass(frozen=True)
@@ -82,5 +84,7 @@ def grasp(
             )
         )
         watch(finger, turned)
-    columns = (np.array(column) for column in zip(*rows, strict=True))
-    return Grasp(*columns, joints=finger.joints, muscles=robot.names, book=robot.book())
+    columns: dict[str, Any] = {
+        name: np.array(column) for name, column in zip(_COLUMNS, zip(*rows, strict=True), strict=True)
+    }
+    return Grasp(joints=finger.joints, muscles=robot.names, book=robot.book(), **columns)

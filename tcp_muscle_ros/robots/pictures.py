@@ -90,11 +90,12 @@ class _Rendered:
         mj.mjv_updateScene(robot.model, robot.data, self._option, None, self._eye, mj.mjtCatBit.mjCAT_ALL, self._scene)
         for (start, end), temperature in zip(robot.coils(), robot.temperatures, strict=True):
             self._add(mj.mjtGeom.mjGEOM_CAPSULE, _COIL, start, end, colour(temperature))
-        for start, end in arrows:
-            self._add(mj.mjtGeom.mjGEOM_ARROW, 0.002, start, end, (0.1, 0.5, 0.2, 1.0))
+        for tail, tip in arrows:
+            self._add(mj.mjtGeom.mjGEOM_ARROW, 0.002, tail, tip, (0.1, 0.5, 0.2, 1.0))
         mj.mjr_render(self._area, self._scene, self._renderer)
         mj.mjr_readPixels(self._pixels, None, self._area, self._renderer)
-        return np.flipud(self._pixels).copy()
+        seen: Image = self._pixels[::-1].copy()
+        return seen
 
     def _add(self, kind: Any, width: float, start: Any, end: Any, rgba: Sequence[float]) -> None:
         mj, scene = self._mj, self._scene
