@@ -105,7 +105,8 @@ def main() -> int:
     if arguments.figure:
         from tcp_muscle_ros.report.tracking_pictures import draw_control
 
-        draw_control(MODEL, arguments.figure)
+        others = {step: study.of_others(MODEL, step, 20, 1) for step in ((0.27, 0.040), (0.40, 0.020), (0.40, 0.040))}
+        draw_control(study.side_by_side(MODEL), others, arguments.figure)
     return 0
 
 

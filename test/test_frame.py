@@ -34,6 +34,7 @@ FLOORS = [
 ]
 # The diagnosis from the ground up: each of its rooms imports only those before it.
 DIAGNOSIS = ['observation', 'noise', 'hypothesis', 'fitting', 'search', 'answer', 'diagnose']
+LONGEST_FUNCTION = 60  # lines, its docstring among them; how branched it may be, ruff says (C901)
 WITHOUT_ROS = ['muscle', 'recording', 'settings', 'control', 'studies', 'diagnosis', 'robots']
 # What package.xml calls a dependency -> what pip calls it and what Python imports.
 PYTHON_DEPENDENCIES = {
@@ -212,6 +213,19 @@ def test_no_modules_import_each_other_in_a_circle():
         for name in top:
             del left[name]
     assert not left
+
+
+def test_functions_are_read_in_one_go():
+    long = [
+        f'{path.relative_to(ROOT)}:{node.lineno}: {node.name} has {lines} lines'
+        for folder in (PACKAGE, ROOT / 'proof')
+        for path in sorted(folder.rglob('*.py'))
+        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        for lines in [node.end_lineno - node.lineno + 1]
+        if lines > LONGEST_FUNCTION
+    ]
+    assert not long
 
 
 def test_ground_floors_import_with_rclpy_blocked():

@@ -19,7 +19,7 @@ from tcp_muscle_ros.errors import BadInput
 if TYPE_CHECKING:
     from tcp_muscle_ros.control.playing import Allowed, Part
     from tcp_muscle_ros.muscle import Parameters
-    from tcp_muscle_ros.nodes.runner import Answer, Played
+    from tcp_muscle_ros.nodes.runner import Answer, Played, Runner
     from tcp_muscle_ros.recording.protocol import Protocol
     from tcp_muscle_ros.settings.rig import RigLimits
 
@@ -119,35 +119,36 @@ def play(
     if log.done(len(todo)):
         say(f'{output}: all of it is done already')
         return Outcome(log.bags(), False, log.punctual)
+    interrupted = False
+    try:
+        with _runner_class()(namespace, protocol.kind, allowed.temperature, say) as runner:
+            refuse_beyond(protocol, model, _allowed(limits, answer := runner.answer()))
+            say(f'{answer.name or "a muscle"} answers; the model foresees at most {hottest - 273.15:.1f} degC')
+            for part in todo:
+                if not (interrupted or log.done(part.number)):
+                    runner.hang(float(part.load[0]), ask if by_person and _needs_person(part, todo, protocol) else None)
+                    runner.wait_until_cold(protocol.ambient, model['C'] / model['hA'])
+                    say(f'part {part.number} of {len(todo)}: {part.time[-1]:g} s')
+                    played = runner.play(part, log.begin(part.number), _known(protocol, part, known))
+                    log.write(part.number, played)
+                    if played.stopped and not runner.asked:
+                        raise BadInput(f'stopped, 0 A: {played.stopped}; {log.bag(part.number)} is complete up to then')
+                    interrupted = runner.asked
+    except KeyboardInterrupt:
+        interrupted = True
+    say(f'{output}: {"interrupted, 0 A" if interrupted else "done"}; {100.0 * log.punctual:.1f} % within 2 ms of due')
+    return Outcome(log.bags(), interrupted, log.punctual)
+
+
+def _runner_class() -> type[Runner]:
+    """What plays, needing ROS 2."""
     try:
         from tcp_muscle_ros.nodes.runner import Runner
     except ImportError as error:
         raise BadInput(
             f"needs ROS 2's rclpy ({error}); source a ROS 2 or install this package with its extra [ros]"
         ) from None
-    interrupted = False
-    try:
-        with Runner(namespace, protocol.kind, allowed.temperature, say) as runner:
-            answer = runner.answer()
-            refuse_beyond(protocol, model, _allowed(limits, answer))
-            say(f'{answer.name or "a muscle"} answers; the model foresees at most {hottest - 273.15:.1f} degC')
-            for part in todo:
-                if log.done(part.number):
-                    continue
-                runner.hang(float(part.load[0]), ask if by_person and _needs_person(part, todo, protocol) else None)
-                runner.wait_until_cold(protocol.ambient, model['C'] / model['hA'])
-                say(f'part {part.number} of {len(todo)}: {part.time[-1]:g} s')
-                played = runner.play(part, log.begin(part.number), _known(protocol, part, known))
-                log.write(part.number, played)
-                if played.stopped and not runner.asked:
-                    raise BadInput(f'stopped, 0 A: {played.stopped}; {log.bag(part.number)} is complete up to then')
-                if runner.asked:
-                    interrupted = True
-                    break
-    except KeyboardInterrupt:
-        interrupted = True
-    say(f'{output}: {"interrupted, 0 A" if interrupted else "done"}; {100.0 * log.punctual:.1f} % within 2 ms of due')
-    return Outcome(log.bags(), interrupted, log.punctual)
+    return Runner
 
 
 def _needs_person(part: Part, todo: list[Part], protocol: Protocol) -> bool:

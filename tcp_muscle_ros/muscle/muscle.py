@@ -242,8 +242,7 @@ def simulate(
         time: s, shape (n,), increasing.
         drive: A, W or V by ``kind``, a number or shape (n,).
         kind: ``current``, ``power`` or ``voltage``.
-        load: N, a number or shape (n,).
-        ambient: K, a number or shape (n,); default T0.
+        load, ambient: N and K, a number or shape (n,) each; default 0 and T0.
         end: as for Muscle, with ``held_length``, ``spring_rate`` and ``spring_rest_length``.
         starting_load: N, under which displacement is zero at rest at T0; default the first load.
         temperature: K at the start; default the first ambient.

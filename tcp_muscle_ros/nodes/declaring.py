@@ -40,39 +40,52 @@ def declare(node: Node, owner: str, check: Callable[[Settings], None], apply: Ca
         node.declare_parameter(name, list(listed) or [''], names, ignore_override=True)
     if plan.many:
         _declare(node, '', plan.shared, [name for name in plan.shared if name in KNOWN and KNOWN[name].per_node])
-    in_force = {**plan.muscles, **plan.joints}
-    for name, settings in in_force.items():
+    for name, settings in (*plan.muscles.items(), *plan.joints.items()):
         _declare(node, f'{name}.' if name else '', settings, settings)
     _say(node, plan)
+    changes = _Changes(node, plan, check, apply)
+    node.add_on_set_parameters_callback(changes.may_be_made)
+    node.add_post_set_parameters_callback(changes.were_made)
+    return plan
 
-    def changed(parameters: list[RosParameter]) -> dict[str, Settings]:
+
+class _Changes:
+    """Of parameters, while the node runs: refused where they do not go together, else handed on."""
+
+    def __init__(
+        self, node: Node, plan: Plan, check: Callable[[Settings], None], apply: Callable[[str, Settings], None]
+    ) -> None:
+        self._node, self._plan, self._check, self._apply = node, plan, check, apply
+        self._in_force = {**plan.muscles, **plan.joints}
+
+    def _made_of(self, parameters: list[RosParameter]) -> dict[str, Settings]:
+        """The values then of each muscle and joint that they concern."""
         new: dict[str, dict[str, object]] = {}
         for parameter in parameters:
             if of_rclpy(parameter.name):
                 continue
-            name, _, rest = parameter.name.partition('.') if plan.many else ('', '', parameter.name)
+            name, _, rest = parameter.name.partition('.') if self._plan.many else ('', '', parameter.name)
             new.setdefault(name, {})[rest] = parameter.value
+        in_force = self._in_force
         return {name: in_force[name].changed(values) for name, values in new.items() if name in in_force}
 
-    def may_be_set(parameters: list[RosParameter]) -> SetParametersResult:
+    def may_be_made(self, parameters: list[RosParameter]) -> SetParametersResult:
+        """rclpy asks before; a reason against them is one line."""
         try:
-            _refuse_another_clock(node, parameters)
-            for name, settings in changed(parameters).items():
-                if name in plan.muscles:
+            _refuse_another_clock(self._node, parameters)
+            for name, settings in self._made_of(parameters).items():
+                if name in self._plan.muscles:
                     with naming(name):
-                        check(settings)
+                        self._check(settings)
         except BadInput as problem:
             return SetParametersResult(successful=False, reason=str(problem))
         return SetParametersResult(successful=True)
 
-    def was_set(parameters: list[RosParameter]) -> None:
-        for name, settings in changed(parameters).items():
-            in_force[name] = settings
-            apply(name, settings)
-
-    node.add_on_set_parameters_callback(may_be_set)
-    node.add_post_set_parameters_callback(was_set)
-    return plan
+    def were_made(self, parameters: list[RosParameter]) -> None:
+        """rclpy says so afterwards."""
+        for name, settings in self._made_of(parameters).items():
+            self._in_force[name] = settings
+            self._apply(name, settings)
 
 
 def _refuse_another_clock(node: Node, parameters: Iterable[RosParameter]) -> None:

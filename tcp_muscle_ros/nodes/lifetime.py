@@ -79,40 +79,9 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -
 
     0 when asked to stop, 2 for bad input (one line on stderr), 1 for an error of ours.
     """
-    arguments = list(sys.argv if args is None else args)
-    asked = threading.Event()
-    started = False
-
-    def on_signal(*_: object) -> None:
-        first = not asked.is_set()
-        asked.set()
-        if first and not started:
-            raise _Asked
-
-    for number in _STOP:
-        signal.signal(number, on_signal)
-    node = callbacks = None
+    life = _Life(make, name, list(sys.argv if args is None else args))
     try:
-        if asks_for_help(arguments):
-            print(usage(name))
-            return 0
-        check_arguments(arguments, name)
-        set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say everything a second time
-        refuse_leftover(arguments, name)
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        set_logger_level('rcl', LoggingSeverity.INFO)
-        node = make()
-        callbacks = Callbacks(node, asked.set)
-        sys.setswitchinterval(_SHARE)
-        gc.freeze()  # what is here now stays: the collector need not walk it in the middle of a tick
-        started = True
-        callbacks.start()
-        node.start(asked.set)
-        asked.wait()
-        failures = [failure for failure in (node.failure, callbacks.failure) if failure is not None]
-        for failure in failures:
-            sys.excepthook(type(failure), failure, failure.__traceback__)
-        return 1 if failures else 0
+        return life.live()
     except _Asked:
         return 0
     except BadInput as problem:
@@ -122,20 +91,66 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -
         print(f'{name}: {_one_line(problem)}', file=sys.stderr)
         return 2
     except Exception as problem:
-        if node is None and type(problem).__module__.startswith('rclpy.'):  # its arguments: rclpy's own words
+        if life.node is None and type(problem).__module__.startswith('rclpy.'):  # its arguments: rclpy's own words
             print(f'{name}: {_one_line(problem)}', file=sys.stderr)
             return 2
         raise
     finally:
+        life.end()
+
+
+class _Life:
+    """Of one node in its process; ``node`` is None until it is made."""
+
+    def __init__(self, make: Callable[[], Any], name: str, arguments: list[str]) -> None:
+        self._make, self._name, self._arguments = make, name, arguments
+        self._asked = threading.Event()
+        self._started = False
+        self.node: Any = None
+        self._callbacks: Callbacks | None = None
+        for number in _STOP:
+            signal.signal(number, self._on_signal)
+
+    def _on_signal(self, *_: object) -> None:
+        first = not self._asked.is_set()
+        self._asked.set()
+        if first and not self._started:
+            raise _Asked
+
+    def live(self) -> int:
+        """Make the node and wait until it is asked to stop, or fails, or say how it is used; the exit code."""
+        if asks_for_help(self._arguments):
+            print(usage(self._name))
+            return 0
+        check_arguments(self._arguments, self._name)
+        set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say everything a second time
+        refuse_leftover(self._arguments, self._name)
+        rclpy.init(args=self._arguments, signal_handler_options=SignalHandlerOptions.NO)
+        set_logger_level('rcl', LoggingSeverity.INFO)
+        self.node = node = self._make()
+        self._callbacks = callbacks = Callbacks(node, self._asked.set)
+        sys.setswitchinterval(_SHARE)
+        gc.freeze()  # what is here now stays: the collector need not walk it in the middle of a tick
+        self._started = True
+        callbacks.start()
+        node.start(self._asked.set)
+        self._asked.wait()
+        failures = [failure for failure in (node.failure, callbacks.failure) if failure is not None]
+        for failure in failures:
+            sys.excepthook(type(failure), failure, failure.__traceback__)
+        return 1 if failures else 0
+
+    def end(self) -> None:
+        """0 A, and no more callbacks."""
         for number in _STOP:
             signal.signal(number, signal.SIG_IGN)
-        if node is not None:
-            for publisher in node.stop():
+        if self.node is not None:
+            for publisher in self.node.stop():
                 publisher.wait_for_all_acked(_ACKNOWLEDGED_WITHIN)
-        if callbacks is not None:
-            callbacks.end()
-        if node is not None:
-            node.destroy_node()
+        if self._callbacks is not None:
+            self._callbacks.end()
+        if self.node is not None:
+            self.node.destroy_node()
         rclpy.try_shutdown()
 
 

@@ -164,30 +164,8 @@ def _ignored(file: Section) -> tuple[str, ...]:
 
 def _run(entry: Section, group: str, layers: list[Section]) -> Run:
     """A run, each key from its innermost layer (map, group, run); `columns` and `known` are joined."""
-    merged: dict[str, object] = {}
-    for layer in layers:
-        for key in _SHARED:
-            if key in layer:
-                merged[key] = layer[key]
-                if key == 'time':
-                    merged.pop('dt_s', None)
-                if key == 'dt_s' and 'time' not in layer:
-                    merged.pop('time', None)
-    for key in ('columns', 'known'):
-        joined: dict[str, object] = {}
-        for layer in layers:
-            joined |= layer.section(key).content
-        merged[key] = joined
-    section = Section(merged, entry.where)
-    if 'time' in section and 'dt_s' in section:
-        raise BadInput(f'{entry.where}: both time and dt_s are given, expected one')
-    if 'time' not in section and 'dt_s' not in section:
-        raise BadInput(f"{entry.where}: neither 'time' (a column) nor 'dt_s' (a period) is given")
-    time: TimeSource | float
-    if 'time' in section:
-        time = _time(section.section('time'))
-    else:
-        time = section.number('dt_s', above=0.0)
+    section = _merged(entry, layers)
+    time = _time_of(section)
     known = dict(section.section('known').content)
     if group:
         known.setdefault('group', group)
@@ -206,6 +184,34 @@ def _run(entry: Section, group: str, layers: list[Section]) -> Run:
         raise BadInput(f"{entry.where}: no channel: give 'columns' (and 'input')")
     name = entry.text('name', f'{group}_{{stem}}' if group else '{stem}')
     return Run(entry.where, entry.text('file'), name, time, channels, _layout(section), known)
+
+
+def _merged(entry: Section, layers: list[Section]) -> Section:
+    """What holds for a run, the innermost layer's word being the last."""
+    merged: dict[str, object] = {}
+    for layer in layers:
+        for key in _SHARED:
+            if key in layer:
+                merged[key] = layer[key]
+                if key == 'time':
+                    merged.pop('dt_s', None)
+                if key == 'dt_s' and 'time' not in layer:
+                    merged.pop('time', None)
+    for key in ('columns', 'known'):
+        joined: dict[str, object] = {}
+        for layer in layers:
+            joined |= layer.section(key).content
+        merged[key] = joined
+    return Section(merged, entry.where)
+
+
+def _time_of(section: Section) -> TimeSource | float:
+    """The column of the times, or the period (s)."""
+    if 'time' in section and 'dt_s' in section:
+        raise BadInput(f'{section.where}: both time and dt_s are given, expected one')
+    if 'time' not in section and 'dt_s' not in section:
+        raise BadInput(f"{section.where}: neither 'time' (a column) nor 'dt_s' (a period) is given")
+    return _time(section.section('time')) if 'time' in section else section.number('dt_s', above=0.0)
 
 
 def _layout(section: Section) -> Layout:

@@ -88,14 +88,9 @@ class McapFile:
 
     def _scan(self) -> None:
         """Find chunks, and the channels: from the summary, else from inside the chunks."""
-        at, end, ended, summarised = len(MAGIC), len(self._data), False, False
-        while at + _RECORD.size <= end:
-            opcode, length = _RECORD.unpack_from(self._data, at)
-            content, following = at + _RECORD.size, at + _RECORD.size + length
-            if opcode == _CHUNK and content + 32 <= end:
-                self._chunks.append(self._chunk(content, min(following, end), following <= end))
-            if following > end:
-                break
+        ended = summarised = False
+        for opcode, at, length in self._records_of_file():
+            content = at + _RECORD.size
             if opcode == _MESSAGE_INDEX and self._chunks:
                 self._chunks[-1].indexes.append((content, length))
             elif opcode == _MESSAGE:
@@ -103,13 +98,10 @@ class McapFile:
             elif opcode == _DATA_END:
                 ended = True
             elif opcode == _METADATA:
-                self._read_metadata(content, following)
+                self._read_metadata(content, content + length)
             elif opcode in (_SCHEMA, _CHANNEL):
-                self._declare(opcode, self._view[content:following])
+                self._declare(opcode, self._view[content : content + length])
                 summarised |= ended and opcode == _CHANNEL
-            elif opcode == 0:
-                break  # zeros: space that was reserved and never written
-            at = following
         if not ended or self._data[-len(MAGIC) :] != MAGIC:
             self.notes.append(f'{self.path.name} was not closed (killed?): read up to its last whole message')
             if self._chunks:
@@ -119,6 +111,19 @@ class McapFile:
                 records, _ = self._records(chunk)
                 for _ in self._walk(chunk, records):
                     pass
+
+    def _records_of_file(self) -> Iterator[tuple[int, int, int]]:
+        """(opcode, start, length of its content) of each whole record; chunks are noted, the last perhaps cut off."""
+        at, end = len(MAGIC), len(self._data)
+        while at + _RECORD.size <= end:
+            opcode, length = _RECORD.unpack_from(self._data, at)
+            content, following = at + _RECORD.size, at + _RECORD.size + length
+            if opcode == _CHUNK and content + 32 <= end:
+                self._chunks.append(self._chunk(content, min(following, end), following <= end))
+            if following > end or opcode == 0:  # zeros: space that was reserved and never written
+                return
+            yield opcode, at, length
+            at = following
 
     def _chunk(self, at: int, end: int, whole: bool) -> _Chunk:
         (crc,) = struct.unpack_from('<I', self._data, at + 24)
@@ -238,22 +243,28 @@ class McapFile:
                 pieces.clear()
                 filled = 0
                 self._forget_pages()
-        if self._loose:
-            everything = np.frombuffer(self._data, np.uint8)
-            messages = defaultdict(list)
-            for at, size in self._loose:
-                if size >= _MESSAGE_HEAD.size:
-                    channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(self._data, at + _RECORD.size)
-                    if log_time <= _LAST_NS:
-                        messages[channel].append((log_time, at + _TO_DATA, size - _MESSAGE_HEAD.size))
-            broken = len(self._loose) - sum(map(len, messages.values()))
-            if broken:
-                self.notes.append(f'{self.path.name}: {broken} damaged message(s) were left out')
-            for number, row in messages.items():
-                if number in names:
-                    log_time, start, length = np.array(row, dtype=np.int64).T
-                    pieces[names[number]].append((everything, log_time, start, length))
+        for number, piece in self._outside_chunks():
+            if number in names:
+                pieces[names[number]].append(piece)
         yield {topic: _joined(parts) for topic, parts in pieces.items()}
+
+    def _outside_chunks(self) -> Iterator[tuple[int, _Piece]]:
+        """The whole messages that lie in the file itself, by channel."""
+        if not self._loose:
+            return
+        everything = np.frombuffer(self._data, np.uint8)
+        messages = defaultdict(list)
+        for at, size in self._loose:
+            if size >= _MESSAGE_HEAD.size:
+                channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(self._data, at + _RECORD.size)
+                if log_time <= _LAST_NS:
+                    messages[channel].append((log_time, at + _TO_DATA, size - _MESSAGE_HEAD.size))
+        broken = len(self._loose) - sum(map(len, messages.values()))
+        if broken:
+            self.notes.append(f'{self.path.name}: {broken} damaged message(s) were left out')
+        for number, row in messages.items():
+            log_time, start, length = np.array(row, dtype=np.int64).T
+            yield number, (everything, log_time, start, length)
 
     def _forget_pages(self) -> None:
         """Give back the memory in which the file is mapped; what is needed again is read again."""

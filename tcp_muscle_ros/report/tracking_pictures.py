@@ -1,14 +1,12 @@
 """Pictures of a muscle that follows a setpoint: the controllers side by side, and a recorded demonstration."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 
-from tcp_muscle_ros.control.offline import Run, Sensors, run
-from tcp_muscle_ros.muscle import Muscle, Parameters
+from tcp_muscle_ros.control.offline import Run
 from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.report.style import (
     CHANNEL_AXIS,
@@ -21,33 +19,18 @@ from tcp_muscle_ros.report.style import (
     save,
     shown,
 )
-from tcp_muscle_ros.studies import control_study as study
+from tcp_muscle_ros.studies.control_study import Figures, Step
 
 _COLOUR = {'model': IMPROVED, 'pid': PREDICTED}
 _NAME = {'model': 'model inverse with observer', 'pid': 'plain PID'}
 
 
-def _profile(time: np.ndarray) -> np.ndarray:
-    wanted = np.select([time < 15.0, time < 30.0, time < 45.0], [0.020, 0.040, 0.030], 0.0)
-    sine = 0.025 + 0.005 * np.sin(2.0 * np.pi * (time - 45.0) / 20.0)
-    return np.where(time >= 45.0, sine, wanted)
-
-
-def _with_noise(model: Parameters, mode: str) -> Run:
-    time = np.arange(0.0, 85.0, study.PERIOD)
-    return run(
-        study.controller(model, 0.27, mode=mode),
-        Muscle(model, load=study.LOAD),
-        study.PERIOD,
-        _profile(time),
-        sensors=Sensors(displacement_noise=2e-5, seed=3),
-    )
-
-
-def draw_control(model: Parameters, path: str | Path) -> None:
-    """Both modes on one profile with 0.02 mm of sensor noise, and beside it 20 muscles that are not the model."""
+def draw_control(
+    runs: Mapping[str, Run], others: Mapping[Step, Sequence[tuple[str, Figures]]], path: str | Path
+) -> None:
+    """Both modes on one profile (``runs``, by mode), and beside it how muscles that are not the model take a step
+    (``others``: by current limit and target, the mode and what happened, muscle after muscle)."""
     figure, axes = canvas(3, 2, width=11.0, height=2.5)
-    runs: Mapping[str, Run] = {mode: _with_noise(model, mode) for mode in _COLOUR}
     followed, error, current = axes[0], axes[2], axes[4]
     first = runs['model']
     followed.plot(first.time, 1e3 * first.setpoint, color=RECORDED, lw=1.2, ls='--', label='setpoint')
@@ -63,18 +46,19 @@ def draw_control(model: Parameters, path: str | Path) -> None:
     current.set(ylabel='current (A)', xlabel='time (s)')
     followed.legend(loc='lower right', fontsize=8)
 
-    for axis, (limit, target) in zip(axes[1::2], ((0.27, 0.040), (0.40, 0.020), (0.40, 0.040)), strict=True):
-        for number, (plant, _) in enumerate(study.draws(model, 20, seed=1)):
-            for mode in ('pid', 'model'):
-                figures = study.heating(plant, model, limit, target, mode=mode)
-                since = figures.run.time / figures.physical_time
-                share = 100.0 * figures.run.displacement / target
-                label = _NAME[mode] if number == 0 else None
-                axis.plot(since, share, color=_COLOUR[mode], lw=0.7, alpha=0.7, label=label)
+    for axis, ((limit, target), steps) in zip(axes[1::2], others.items(), strict=True):
+        for number, (mode, figures) in enumerate(steps):
+            since = figures.run.time / figures.physical_time
+            share = 100.0 * figures.run.displacement / target
+            label = _NAME[mode] if number < len(_NAME) else None
+            axis.plot(since, share, color=_COLOUR[mode], lw=0.7, alpha=0.7, label=label)
         axis.axhspan(98.0, 102.0, color=SETPOINT, alpha=0.2, lw=0, label='2 % band')
         axis.axvline(1.0, color=RECORDED, lw=0.8, ls=':', label='full current enters the band')
         axis.set(xlim=(0.8, 2.0), ylim=(90.0, 104.0), ylabel='contraction (%)')
-        axis.set_title(f'20 muscles within 20 % of the model: {1e3 * target:.0f} mm at {limit:.2f} A', fontsize=9)
+        axis.set_title(
+            f'{len(steps) // len(_NAME)} muscles within 20 % of the model: {1e3 * target:.0f} mm at {limit:.2f} A',
+            fontsize=9,
+        )
     axes[5].set_xlabel('time / time that full current needs')
     axes[1].legend(loc='lower right', fontsize=8)
     save(figure, path)

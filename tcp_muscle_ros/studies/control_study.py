@@ -19,7 +19,10 @@ from tcp_muscle_ros.studies.step_response import BAND, StepResponse, entry_time,
 LOAD = 0.060 * 9.80665  # N: 60 g
 PERIOD = 0.01  # s
 UNCERTAIN = ('R0', 'a_R', 'C', 'hA', 'k0', 'B')  # each within 20 % of the controller's model
+MODES = ('model', 'pid')
 _LONGEST = 90.0  # s; what takes the full current longer counts as out of reach
+
+Step = tuple[float, float]  # current limit (A) and target (m)
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,30 @@ def load_step(
         step_response(after.time, after.displacement, after.current, target),
         after,
     )
+
+
+def side_by_side(model: Parameters) -> dict[str, Run]:
+    """Each mode on one profile of steps and a sine, at 0.27 A and with 0.02 mm of sensor noise, by its name."""
+    time = np.arange(0.0, 85.0, PERIOD)
+    wanted = np.select([time < 15.0, time < 30.0, time < 45.0], [0.020, 0.040, 0.030], 0.0)
+    sine = 0.025 + 0.005 * np.sin(2.0 * np.pi * (time - 45.0) / 20.0)
+    profile = np.where(time >= 45.0, sine, wanted)
+    sensors = Sensors(displacement_noise=2e-5, seed=3)
+    return {
+        mode: run(controller(model, 0.27, mode=mode), Muscle(model, load=LOAD), PERIOD, profile, sensors=sensors)
+        for mode in MODES
+    }
+
+
+def of_others(model: Parameters, step: Step, count: int, seed: int) -> list[tuple[str, Figures]]:
+    """A step (limit in A, target in m) of so many muscles that are not the model: mode and what happened, muscle after
+    muscle."""
+    limit, target = step
+    return [
+        (mode, heating(plant, model, limit, target, mode=mode))
+        for plant, _ in draws(model, count, seed)
+        for mode in reversed(MODES)
+    ]
 
 
 def draws(model: Parameters, count: int, seed: int) -> Iterator[tuple[Parameters, NDArray[np.float64]]]:

@@ -5,7 +5,7 @@ and what the unknowns of either could still take up, given how far the recording
 remains says how probable it is that the new recording tells them apart.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -99,6 +99,19 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
             (rest(5.0), on(60.0, 1.0), Step(120.0, probe, round(base, 4))),
         ),
         Plan('at rest', 'instruments and surroundings alone', (rest(300.0),)),
+        *_at_several_loads(on, rest, low, base, high),
+    ]
+
+
+def _at_several_loads(
+    on: Callable[[float, float, float], Step],
+    rest: Callable[[float, float], Step],
+    low: float,
+    base: float,
+    high: float,
+) -> list[Plan]:
+    """Heating at loads below, at and above the one at hand (N); ``on``: s, share of the current, N; ``rest``: s, N."""
+    return [
         Plan(
             'three loads',
             'the same heating at three loads',

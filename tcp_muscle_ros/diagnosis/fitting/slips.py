@@ -52,7 +52,7 @@ def slipped(fitted: Fit) -> Fit | None:
     found = _found(fitted, _CLEAR, _APART, (_REACH,))
     if not (_lengthening(found) and _several(fitted, found)):
         return None
-    better = beside(fitted, [[slip for slip in mine if slip.size > 0.0] for mine in found])
+    better = added(fitted, [[slip for slip in mine if slip.size > 0.0] for mine in found])
     again = refitted(fitted, fitted.problem)  # what a refit alone would gain is not the slips'
     return further(better) if _less(again, better, _LESS) else None  # what comes back was no turn lost
 
@@ -62,7 +62,7 @@ def leapt(fitted: Fit) -> Fit | None:
     found = _found(fitted, _CLEARLY, _APART, (_REACH,), fitted.mean_square)
     if not any(found):
         return None
-    better = beside(fitted, found)
+    better = added(fitted, found)
     if not _less(refitted(fitted, fitted.problem), better, _FAR_LESS):
         return None
     for _ in range(_ROUNDS):
@@ -75,7 +75,7 @@ def further(fitted: Fit) -> Fit:
     for _ in range(_ROUNDS):
         found = _found(fitted, _CLEAR_BESIDE, _APART_BESIDE, (_REACH, _SHORT))
         more = [[slip for slip in mine if slip.size > 0.0] for mine in found] if _lengthening(found) else []
-        better = beside(_seen_again(fitted), more or [[]] * len(found))
+        better = added(_seen_again(fitted), more or [[]] * len(found))
         if not _less(fitted, better, 1.0):
             break
         fitted = better
@@ -118,8 +118,8 @@ def _found(
     ]
 
 
-def beside(fitted: Fit, found: Sequence[Sequence[Slip]]) -> Fit:
-    """The fit with these slips beside its own."""
+def added(fitted: Fit, found: Sequence[Sequence[Slip]]) -> Fit:
+    """The fit with these slips and its own."""
     return _with(fitted, [(*e.slips, *mine) for e, mine in zip(fitted.problem.experiments, found, strict=True)])
 
 

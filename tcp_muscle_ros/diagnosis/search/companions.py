@@ -50,7 +50,7 @@ def companions(
     contests: dict[str, Contest] = {}
     while len(accepted) + len(contests) < most and present.problem.work.left:
         others = (*accepted, *contests)
-        beside = _beside(present, others)
+        beside = _allowing_for(present, others)
 
         def good(rival: Rival, rivals: Sequence[Rival], beside: Fit = beside) -> bool:
             if good_company(calibrated, beside, rival.fit, least_of_rest(rival, _OF_REST), _least(rival)):
@@ -67,7 +67,7 @@ def companions(
     standing: dict[str, tuple[Gain, float]] = {}
     other_conditions = True
     for effect in sorted(contests, key=lambda e: contests[e][0]):
-        beside = _beside(present, (*accepted, *(e for e in contests if e != effect)))
+        beside = _allowing_for(present, (*accepted, *(e for e in contests if e != effect)))
         bare = shrink(beside, effect)
         gain, looked_at = confirmation(bare, beside)
         if gain.holds:
@@ -76,7 +76,7 @@ def companions(
         else:
             present = bare
             del contests[effect]
-    return Companions(_beside(present, ()), contests, standing, other_conditions)
+    return Companions(_allowing_for(present, ()), contests, standing, other_conditions)
 
 
 def stand_ins(present: Fit, accepted: Sequence[str]) -> tuple[list[str], Fit]:
@@ -91,7 +91,7 @@ def stand_ins(present: Fit, accepted: Sequence[str]) -> tuple[list[str], Fit]:
     return found, present
 
 
-def _beside(present: Fit, others: tuple[str, ...]) -> Fit:
+def _allowing_for(present: Fit, others: tuple[str, ...]) -> Fit:
     """The fit by which an effect beside these others is judged: what their forms may miss is allowed for."""
     allowed = allowing_forms(present, others)
     return present if allowed is present else settle_noise(allowed, 1)[0]

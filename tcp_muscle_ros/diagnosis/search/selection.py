@@ -101,20 +101,20 @@ def select(
     """
     bare, _ = settle_noise(calibrated)
     if slips.EFFECT not in effects:
-        return _beside(bare, None, effects, progress, most)
+        return _selected(bare, None, effects, progress, most)
     slipped = slips.slipped(bare)
     if slipped is not None:
         found = _among(bare, slipped, effects, progress, most)
         if len(found.chosen) == 1 or slips.slipped(slips.taken_out(found.final)) is not None:
             return found
     leapt = slips.leapt(bare) if slipped is None else None
-    found = _beside(bare, leapt, effects, progress, most)
+    found = _selected(bare, leapt, effects, progress, most)
     clearer = None
     if leapt is not None and found.chosen:  # what was found may show that they are slips, or that they were its misfit
         without = slips.taken_out(found.final)
         clearer = slips.slipped(without)
         if clearer is None and slips.leapt(without) is None:
-            leapt, found = None, _beside(bare, None, effects, progress, most)
+            leapt, found = None, _selected(bare, None, effects, progress, most)
     if found.chosen and leapt is None and not slips.slipping(found.final) and found.final.problem.work.left:
         clearer = slips.slipped(found.final)
     if clearer is not None:
@@ -126,113 +126,165 @@ def select_from(
     start: Fit, calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None
 ) -> Selection:
     """Select effects on top of a calibrated fit, beginning with those that ``start`` has; they must hold like all."""
-    return _beside(settle_noise(calibrated)[0], None, effects, progress, MOST_EFFECTS, start)
+    return _selected(settle_noise(calibrated)[0], None, effects, progress, MOST_EFFECTS, start)
 
 
 def _with_slips_of(clearer: Fit, bare: Fit) -> Fit:
     """The bare fit with the slips that show in a better one."""
-    return slips.beside(bare, [e.slips for e in clearer.problem.experiments])
+    return slips.added(bare, [e.slips for e in clearer.problem.experiments])
 
 
 def _among(
     bare: Fit, slipped: Fit, effects: Sequence[str], progress: Callable[[], None] | None, most: int
 ) -> Selection:
     """Select effects on top of a calibrated fit, among the slips that another one has; and their own."""
-    found = _beside(bare, slipped, [e for e in effects if e not in slips.INSTEAD], progress, most - 1)
+    found = _selected(bare, slipped, [e for e in effects if e not in slips.INSTEAD], progress, most - 1)
     chosen = (*found.chosen, _slipping(found.calibrated, slipped))
     return replace(found, chosen=tuple(sorted(chosen, key=lambda c: -c.drop)))
 
 
-def _beside(
+def _selected(
     bare: Fit,
-    beside: Fit | None,
+    eventful: Fit | None,
     effects: Sequence[str],
     progress: Callable[[], None] | None,
     most: int,
     start: Fit | None = None,
 ) -> Selection:
-    """Select effects on top of a calibrated fit, beside the slips or leaps that another one has; ``start``: the fit
-    with the effects to begin with."""
-    calibrated = present = beside or bare
-    slipping = beside is not None and slips.EFFECT not in effects  # it is what they are
-    before_structure, found_structure = structures(bare), structures(present)
-    first: Picked | None = None
-    accepted: list[str] = []
-    contests: dict[str, Contest] = {}
+    """Select effects on top of a calibrated fit; ``eventful``: the one with slips or leaps, beside which they are
+    sought; ``start``: the fit with the effects to begin with."""
+    search = _Search(bare, eventful, effects, progress, most)
     if start is not None:
-        accepted = list(start.problem.parameters.effects)
-        present, found_structure = settle_noise(start)
-        contests = {e: (0.0, [Rival(e, present, penalised(present))]) for e in accepted}  # until they are revised
-    while len(accepted) < most and present.problem.work.left:
-        pool = [e for e in effects if e not in accepted]
+        search.begin_with(start)
+    clearer = search.forward()
+    if clearer is not None:  # slips that the swing hid, before all else bends to them
+        return _among(search.bare, _with_slips_of(clearer, search.bare), effects, progress, most)
+    search.revise()
+    if search.accepted:
+        search.add_companions()
+    return search.outcome()
 
-        def good(rival: Rival, _rivals: Sequence[Rival], calibrated: Fit = calibrated, without: Fit = present) -> bool:
-            apart = stands_apart(rival.effect, rival.fit, accepted)
-            alone = not accepted and not slipping
-            rest = least_of_rest(rival, OF_REST_AT_FIRST)
-            return alone or good_company(calibrated, without, rival.fit, rest, apart=apart)
 
-        picked = pick(present, found_structure, pool, good, progress)
-        first = first or picked
-        if picked.rival is None:
-            break
-        effect = picked.rival.effect
-        accepted.append(effect)
-        contests[effect] = picked.contest
-        present = picked.rival.fit
-        if effect == SWINGS:
-            bare = calmed(bare, present)
-            calibrated = bare if beside is None else calmed(calibrated, present)
-            present = calmed(present, present)
-            clearer = slips.slipped(present) if beside is None and slips.EFFECT in effects else None
-            if clearer is not None:  # slips that the swing hid, before all else bends to them
-                return _among(bare, _with_slips_of(clearer, bare), effects, progress, most)
-        present, found_structure = settle_noise(present, 1)
-    tried = effects
-    for _ in range(_REVISIONS):
-        present, accepted, contests = revise(present, accepted, tried, contests, progress)
-        if accepted:
-            present, found_structure = settle_noise(present, 1)
-        tried = accepted
-        present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated, alone=not slipping)
-        if not accepted or accepted == tried:
-            break  # else what was dropped may stand in the place of one that it stood beside
-    if accepted:
-        present = slips.further(present) if slipping else present
-        found_structure = structures(present)
+class _Search:
+    """A selection under way: the fit of what is accepted so far, and what speaks for each."""
+
+    def __init__(
+        self,
+        bare: Fit,
+        eventful: Fit | None,
+        effects: Sequence[str],
+        progress: Callable[[], None] | None,
+        most: int,
+    ) -> None:
+        self.bare, self.eventful, self.effects, self.progress, self.most = bare, eventful, effects, progress, most
+        self.calibrated = self.present = eventful or bare
+        self.slipping = eventful is not None and slips.EFFECT not in effects  # it is what they are
+        self.structure_before, self.structure = structures(bare), structures(self.present)
+        self.first: Picked | None = None
+        self.accepted: list[str] = []
+        self.contests: dict[str, Contest] = {}
+        self.standing: dict[str, tuple[Gain, float]] = {}
+        self.kept_back: tuple[Fold, ...] = ()
+
+    def begin_with(self, start: Fit) -> None:
+        """Accept what a fit has, until it is revised."""
+        self.accepted = list(start.problem.parameters.effects)
+        self.present, self.structure = settle_noise(start)
+        self.contests = {e: (0.0, [Rival(e, self.present, penalised(self.present))]) for e in self.accepted}
+
+    def forward(self) -> Fit | None:
+        """Accept one effect after the other, until none is good; a fit with slips that show once a weight swings ends
+        it early."""
+        while len(self.accepted) < self.most and self.present.problem.work.left:
+            pool = [e for e in self.effects if e not in self.accepted]
+            picked = pick(self.present, self.structure, pool, self._good, self.progress)
+            self.first = self.first or picked
+            if picked.rival is None:
+                break
+            effect = picked.rival.effect
+            self.accepted.append(effect)
+            self.contests[effect] = picked.contest
+            self.present = picked.rival.fit
+            clearer = self._calm() if effect == SWINGS else None
+            if clearer is not None:
+                return clearer
+            self.present, self.structure = settle_noise(self.present, 1)
+        return None
+
+    def _good(self, rival: Rival, _rivals: Sequence[Rival]) -> bool:
+        apart = stands_apart(rival.effect, rival.fit, self.accepted)
+        alone = not self.accepted and not self.slipping
+        rest = least_of_rest(rival, OF_REST_AT_FIRST)
+        return alone or good_company(self.calibrated, self.present, rival.fit, rest, apart=apart)
+
+    def _calm(self) -> Fit | None:
+        """Weigh less what a swing leaves; the fit with the slips that it hid, if there are any."""
+        swings = self.present
+        self.bare = calmed(self.bare, swings)
+        self.calibrated = self.bare if self.eventful is None else calmed(self.calibrated, swings)
+        self.present = calmed(swings, swings)
+        return slips.slipped(self.present) if self.eventful is None and slips.EFFECT in self.effects else None
+
+    def revise(self) -> None:
+        """Hold each against its rivals and against unseen data, until nothing changes."""
+        tried = self.effects
+        for _ in range(_REVISIONS):
+            self.present, self.accepted, self.contests = revise(
+                self.present, self.accepted, tried, self.contests, self.progress
+            )
+            if self.accepted:
+                self.present, self.structure = settle_noise(self.present, 1)
+            tried = self.accepted
+            self._confirm()
+            if not self.accepted or self.accepted == tried:
+                break  # else what was dropped may stand in the place of one that it stood beside
+
+    def _confirm(self) -> None:
+        self.present, self.accepted, self.standing, self.kept_back = confirm(
+            self.present, self.accepted, self.contests, self.calibrated, alone=not self.slipping
+        )
+
+    def add_companions(self) -> None:
+        """Accept what stands beside those accepted, and drop those in whose place it stands."""
+        present = slips.further(self.present) if self.slipping else self.present
         # What a swing leaves of itself, all that changes a stiffness or a length bends to.
-        hidden = EFFECTS[SWINGS].stage if SWINGS in accepted else None
-        pool = [e for e in effects if e not in (*accepted, SWINGS) and EFFECTS[e].stage != hidden]
-        found = companions(present, accepted, pool, calibrated, most, progress)
-        present, contests, standing = found.fit, contests | found.contests, standing | found.standing
-        refuted, without = stand_ins(present, accepted) if found.contests else ([], present)
-        accepted = [*accepted, *found.contests]
-        found_structure = structures(present)
+        hidden = EFFECTS[SWINGS].stage if SWINGS in self.accepted else None
+        pool = [e for e in self.effects if e not in (*self.accepted, SWINGS) and EFFECTS[e].stage != hidden]
+        found = companions(present, self.accepted, pool, self.calibrated, self.most, self.progress)
+        self.present = found.fit
+        self.contests, self.standing = self.contests | found.contests, self.standing | found.standing
+        refuted, without = stand_ins(self.present, self.accepted) if found.contests else ([], self.present)
+        self.accepted = [*self.accepted, *found.contests]
         if not found.other_conditions:
-            kept_back = stretches(present.problem)
+            self.kept_back = stretches(self.present.problem)
         if refuted:
-            present, accepted, contests = _without(refuted, without, accepted, contests, progress)
-            present = settle_noise(present, 1)[0]
-            present, accepted, standing, kept_back = confirm(present, accepted, contests, calibrated, not slipping)
-            found_structure = structures(present)
-    # Compared under one noise: the final model's.
-    reference = with_noise(bare, dict(present.problem.noise)) if accepted or beside else bare
-    chosen = []
-    for effect in accepted:
-        drop, rivals = contests[effect]
-        chosen.append(Chosen(effect, drop, *standing[effect], tuple(rivals)))
-    return Selection(
-        reference,
-        present,
-        tuple(sorted(chosen, key=lambda c: -c.drop)),
-        held_out(reference, kept_back),
-        held_out(present, kept_back),
-        before_structure,
-        found_structure,
-        first or NOTHING,
-        kept_back[0].whole is not None,
-        kept_back=kept_back,
-    )
+            self.present, self.accepted, self.contests = _without(
+                refuted, without, self.accepted, self.contests, self.progress
+            )
+            self.present = settle_noise(self.present, 1)[0]
+            self._confirm()
+        self.structure = structures(self.present)
+
+    def outcome(self) -> Selection:
+        """All that was found, compared under one noise: the final model's."""
+        seen = self.accepted or self.eventful
+        reference = with_noise(self.bare, dict(self.present.problem.noise)) if seen else self.bare
+        chosen = []
+        for effect in self.accepted:
+            drop, rivals = self.contests[effect]
+            chosen.append(Chosen(effect, drop, *self.standing[effect], tuple(rivals)))
+        return Selection(
+            reference,
+            self.present,
+            tuple(sorted(chosen, key=lambda c: -c.drop)),
+            held_out(reference, self.kept_back),
+            held_out(self.present, self.kept_back),
+            self.structure_before,
+            self.structure,
+            self.first or NOTHING,
+            self.kept_back[0].whole is not None,
+            kept_back=self.kept_back,
+        )
 
 
 def _without(
