@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.answer.sentences import headline
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.observe import conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
-from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, Value
 
@@ -27,7 +27,7 @@ def operating_with_room(diagnosis: Diagnosis, operating: Mapping[str, Value] | N
 
 def physics_only(parameters: Parameters) -> Parameters:
     """The same muscle without effects of sensors, which belong to a rig and not to a muscle."""
-    kept = [name for name in parameters.effects if EFFECTS[name].stage != 'sensor']
+    kept = [name for name in parameters.effects if parameters.stage(name) != 'sensor']
     return parameters.only_effects(kept)
 
 
