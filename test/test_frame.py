@@ -30,7 +30,7 @@ FLOORS = [
     {'diagnosis', 'studies', 'robots'},
     {'report', 'nodes'},
     {'commands'},
-    {'tool'},
+    {'tool', 'interface'},
 ]
 # The diagnosis from the ground up: each of its rooms imports only those before it.
 DIAGNOSIS = ['observation', 'noise', 'hypothesis', 'fitting', 'search', 'answer', 'diagnose']

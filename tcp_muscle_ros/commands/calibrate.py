@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.files.outputs import add_force_argument
 
+if TYPE_CHECKING:
+    from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration
+    from tcp_muscle_ros.recording.recording import Recording
+    from tcp_muscle_ros.settings.parameter_file import ParameterFile
+    from tcp_muscle_ros.settings.parameter_file import Value as Setting
+
 # More observations a channel than this are averaged in blocks: a muscle is slow, and the fit stays within seconds.
-_MOST = 4000
+MOST = 4000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,36 +39,77 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fit, print the table, write the parameter file and its intervals."""
-    from tcp_muscle_ros.commands.model_arguments import read_experiments
+    from tcp_muscle_ros.commands.bag_arguments import read_bags
     from tcp_muscle_ros.commands.progress import Progress
-    from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
-    from tcp_muscle_ros.diagnosis.hypothesis.unknowns import SEPARABLE
-    from tcp_muscle_ros.diagnosis.observation.admission import refuse_still
-    from tcp_muscle_ros.errors import BadInput, nearest
-    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_file
-    from tcp_muscle_ros.report.intervals_file import path_beside, write_intervals
-    from tcp_muscle_ros.report.tables import calibration_note, calibration_table
-    from tcp_muscle_ros.settings.parameter_file import read, write
+    from tcp_muscle_ros.files.outputs import refuse_among, writable_file
+    from tcp_muscle_ros.report.intervals_file import path_beside
+    from tcp_muscle_ros.report.tables import calibration_table
+    from tcp_muscle_ros.settings.parameter_file import read
 
-    for name in args.separate:
-        if name not in SEPARABLE:
-            raise BadInput(f'--separate {name}: expected one of {", ".join(SEPARABLE)}{nearest(name, SEPARABLE)}')
+    refuse_unknown(args.separate)
     refuse_among(args.output, [*args.bags, args.params])
     output = writable_file(args.output, force=args.force)
-    intervals = writable_file(path_beside(output), force=args.force)
+    writable_file(path_beside(output), force=args.force)
     nominal = read(args.params)
-    experiments = read_experiments(args, args.bags, _MOST)
-    refuse_still(experiments)
     with Progress('calibrating') as progress:
-        calibration = calibrate(experiments, nominal.parameters, separate=args.separate, progress=progress.beat)
-    for experiment in experiments:
+        calibration = calibrated(read_bags(args, *args.bags), nominal, args.separate, MOST, progress.beat)
+    for experiment in calibration.fit.problem.experiments:
         for note in experiment.notes:
             print(f'note: {experiment.name}: {note}')
     print(calibration_table(calibration))
-    heading = f'Calibrated by tcp_muscle calibrate on {len(experiments)} recording(s), from {args.params}.'
-    says = calibration_note(calibration)
-    with in_place_of(intervals) as beside, in_place_of(output) as draft:
-        write(draft, calibration.parameters, operating=nominal.operating, heading=(heading,), note=says)
-        write_intervals(beside, calibration)
+    write_muscle(output, calibration, nominal.operating, 'tcp_muscle calibrate', args.params, force=args.force)
     print(f'{output}: loads into sim_node and replay; its intervals are beside it')
     return 0
+
+
+def refuse_unknown(separate: Sequence[str]) -> None:
+    """BadInput for the name of what no recording can have for itself."""
+    from tcp_muscle_ros.diagnosis.hypothesis.unknowns import SEPARABLE
+    from tcp_muscle_ros.errors import BadInput, nearest
+
+    for name in separate:
+        if name not in SEPARABLE:
+            raise BadInput(f'--separate {name}: expected one of {", ".join(SEPARABLE)}{nearest(name, SEPARABLE)}')
+
+
+def calibrated(
+    recordings: Sequence[Recording],
+    nominal: ParameterFile,
+    separate: Sequence[str],
+    most: int,
+    progress: Callable[[], None],
+) -> Calibration:
+    """A calibration on recordings, averaged to at most so many observations. BadInput as the gate says."""
+    from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+    from tcp_muscle_ros.diagnosis.observation.admission import refuse_still
+    from tcp_muscle_ros.diagnosis.observation.observe import whole
+
+    refuse_unknown(separate)
+    experiments = whole(recordings, nominal, most)
+    refuse_still(experiments)
+    return calibrate(experiments, nominal.parameters, separate=separate, progress=progress)
+
+
+def write_muscle(
+    path: str | Path,
+    calibration: Calibration,
+    operating: Mapping[str, Setting],
+    by: str,
+    params: object = '',
+    *,
+    force: bool = False,
+) -> None:
+    """Write a calibrated muscle and its intervals beside it, both or neither; ``by`` and ``params``: made by, from."""
+    from tcp_muscle_ros.files.outputs import in_place_of, writable_file
+    from tcp_muscle_ros.report.intervals_file import path_beside, write_intervals
+    from tcp_muscle_ros.report.tables import calibration_note
+    from tcp_muscle_ros.settings.parameter_file import write
+
+    output = writable_file(path, force=force)
+    intervals = writable_file(path_beside(output), force=force)
+    recordings = len(calibration.fit.problem.experiments)
+    heading = f'Calibrated by {by} on {recordings} recording(s){f", from {params}" if params else ""}.'
+    says = calibration_note(calibration)
+    with in_place_of(intervals) as beside, in_place_of(output) as draft:
+        write(draft, calibration.parameters, operating=operating, heading=(heading,), note=says)
+        write_intervals(beside, calibration)

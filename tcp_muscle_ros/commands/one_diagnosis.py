@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
+    from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+    from tcp_muscle_ros.recording.recording import Recording
+    from tcp_muscle_ros.settings.parameter_file import ParameterFile
 
 
 def diagnose_bags(
@@ -28,19 +31,34 @@ def diagnose_bags(
     is not ``output``. ``force``: an older report is replaced.
     Raises BadInput.
     """
-    from dataclasses import replace
-
     from tcp_muscle_ros.commands.bag_arguments import read_bags, reading_options
-    from tcp_muscle_ros.diagnosis.answer.improved import with_replay
-    from tcp_muscle_ros.diagnosis.answer.issues import faults_of, with_faults, with_issues
-    from tcp_muscle_ros.diagnosis.diagnose import Interrupted, diagnose
-    from tcp_muscle_ros.diagnosis.observation.observe import prepared
     from tcp_muscle_ros.report.next_steps import Asked
     from tcp_muscle_ros.report.write import write_report
     from tcp_muscle_ros.settings.parameter_file import read
 
     nominal = read(params)
-    recordings = read_bags(options, *bags)
+    diagnosis, experiments = diagnosed(read_bags(options, *bags), nominal, progress)
+    if progress:
+        progress.stage('writing the report')
+    asked = Asked(tuple(bags), params, str(place or output), reading_options(options))
+    write_report(output, diagnosis, experiments, nominal.operating, asked=asked, force=force)
+    return diagnosis
+
+
+def diagnosed(
+    recordings: list[Recording], nominal: ParameterFile, progress: Progress | None = None
+) -> tuple[Diagnosis, list[Experiment]]:
+    """Diagnose recordings of one muscle, partial where it was interrupted; and what of them the model followed.
+
+    Empties ``recordings``: a long one is let go before it is replayed. Raises BadInput.
+    """
+    from dataclasses import replace
+
+    from tcp_muscle_ros.diagnosis.answer.improved import with_replay
+    from tcp_muscle_ros.diagnosis.answer.issues import faults_of, with_faults, with_issues
+    from tcp_muscle_ros.diagnosis.diagnose import Interrupted, diagnose
+    from tcp_muscle_ros.diagnosis.observation.observe import prepared
+
     mended, experiments = prepared(recordings, nominal)
     beat = progress.beat if progress else None
     try:
@@ -50,9 +68,4 @@ def diagnose_bags(
     diagnosis = with_issues(diagnosis, recordings, mended, experiments)
     faults = faults_of(mended)
     del mended
-    diagnosis = with_faults(with_replay(diagnosis, recordings, nominal.operating), faults)
-    if progress:
-        progress.stage('writing the report')
-    asked = Asked(tuple(bags), params, str(place or output), reading_options(options))
-    write_report(output, diagnosis, experiments, nominal.operating, asked=asked, force=force)
-    return diagnosis
+    return with_faults(with_replay(diagnosis, recordings, nominal.operating), faults), experiments

@@ -33,7 +33,7 @@ class Progress:
 
     @staticmethod
     def _say(line: str) -> None:
-        end = '\r' if sys.stderr.isatty() else '\n'
+        end = '\r' if sys.stderr.isatty() or _in_notebook() else '\n'
         print(f'{line:<78}', end=end, file=sys.stderr, flush=True)
 
     def __enter__(self) -> 'Progress':
@@ -42,5 +42,10 @@ class Progress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if sys.stderr.isatty() and self._shown > self._start:
+        if (sys.stderr.isatty() or _in_notebook()) and self._shown > self._start:
             self._say('')
+
+
+def _in_notebook() -> bool:
+    """Does a notebook show what is written? It is no terminal, but a carriage return begins its line anew as well."""
+    return 'ipykernel' in sys.modules

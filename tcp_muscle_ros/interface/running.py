@@ -1,0 +1,131 @@
+"""Simulating, calibrating, diagnosing and drawing, as the commands of ``tcp_muscle`` do it."""
+
+import tempfile
+from argparse import Namespace
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import yaml
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.interface.results import Calibrated, Diagnosed, Picture
+from tcp_muscle_ros.interface.sources import Source, recording_of
+from tcp_muscle_ros.recording.frames import to_frame
+from tcp_muscle_ros.recording.recording import Recording
+from tcp_muscle_ros.settings.operating import DEFAULT_SET
+from tcp_muscle_ros.settings.parameter_file import ParameterFile, read
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Params: TypeAlias = str | Path | Calibrated | Diagnosed
+Protocol: TypeAlias = str | Path | Mapping[str, object]
+
+
+def simulate(protocol: Protocol, params: Params = DEFAULT_SET) -> 'pd.DataFrame':
+    """Run a protocol on a simulated muscle, as ``tcp_muscle simulate``.
+
+    Args:
+        protocol: a protocol file, or its content as a dict: ``rate_hz``, ``input``, ``segments`` ...
+        params: a parameter file, a shipped set, or what ``calibrate`` or ``diagnose`` returned.
+
+    Returns:
+        A frame with all channels, sensor noise and quantisation as the parameters say.
+
+    Raises:
+        BadInput: the protocol or the parameters are not what they must be.
+    """
+    from tcp_muscle_ros.commands import simulate as command
+    from tcp_muscle_ros.recording.bag import read_bag
+
+    with tempfile.TemporaryDirectory() as folder, _protocol_file(protocol, Path(folder)) as path:
+        given = {'params': str(_params_file(params, Path(folder))), 'output': str(Path(folder) / 'simulated')}
+        with redirect_stdout(StringIO()):
+            command.run(Namespace(protocol=str(path), force=False, seed=None, **given))
+        return to_frame(read_bag(given['output']))
+
+
+def calibrate(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple[str, ...] = ()) -> Calibrated:
+    """Fit the paper's parameters to recordings of one muscle, as ``tcp_muscle calibrate``.
+
+    Args:
+        recordings: frames, bags or lab files.
+        params: where to start.
+        separate: parameters that each recording has for itself (``B`` where every run is another specimen).
+
+    Raises:
+        BadInput: a recording is not what its channels are called, or nothing moves in it.
+    """
+    from tcp_muscle_ros.commands.calibrate import MOST, calibrated
+    from tcp_muscle_ros.commands.progress import Progress
+
+    nominal = _parameters(params)
+    with Progress('calibrating') as progress:
+        found = calibrated(_all(recordings), nominal, separate, MOST, progress.beat)
+    return Calibrated(found, nominal.operating)
+
+
+def diagnose(*recordings: Source, params: Params = DEFAULT_SET) -> Diagnosed:
+    """Say which physics recordings show that the model lacks, as ``tcp_muscle diagnose``.
+
+    Args:
+        recordings: frames, bags or lab files, of one muscle.
+        params: the muscle as it is believed to be.
+
+    Raises:
+        BadInput: a recording is not what its channels are called.
+    """
+    from tcp_muscle_ros.commands.one_diagnosis import diagnosed
+    from tcp_muscle_ros.commands.progress import Progress
+
+    nominal = _parameters(params)
+    with Progress('diagnosing') as progress:
+        found, experiments = diagnosed(_all(recordings), nominal, progress)
+    return Diagnosed(found, tuple(experiments), nominal.operating)
+
+
+def plot(*recordings: Source) -> Picture:
+    """Draw recordings, channel above channel, as ``tcp_muscle plot``. BadInput: there is nothing to draw."""
+    from tcp_muscle_ros.report.recording_figure import draw_recordings
+
+    return Picture(draw_recordings(_all(recordings)))
+
+
+def _all(recordings: tuple[Source, ...]) -> list[Recording]:
+    if not recordings:
+        raise BadInput('no recording; expected at least one frame, bag or file')
+    return [recording_of(source) for source in recordings]
+
+
+def _parameters(params: Params) -> ParameterFile:
+    if isinstance(params, Calibrated | Diagnosed):
+        return params.file
+    return read(params)
+
+
+@contextmanager
+def _protocol_file(protocol: Protocol, folder: Path) -> Iterator[Path]:
+    """A protocol as a file; what is wrong with one that is no file is said without the file's name."""
+    if not isinstance(protocol, Mapping):
+        yield Path(protocol)
+        return
+    path = folder / 'protocol'
+    try:
+        path.write_text(yaml.safe_dump(dict(protocol)), encoding='utf-8')
+    except yaml.YAMLError as error:
+        raise BadInput(f'protocol: expected numbers, texts, lists and dicts ({error})') from None
+    try:
+        yield path
+    except BadInput as mistake:
+        raise BadInput(str(mistake).replace(str(path), 'protocol')) from None
+
+
+def _params_file(params: Params, folder: Path) -> str | Path:
+    if not isinstance(params, Calibrated | Diagnosed):
+        return params
+    path = folder / 'params.yaml'
+    params.save(path)
+    return path
