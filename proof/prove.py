@@ -32,7 +32,7 @@ from proof.cases import FULL, SUITES
 from proof.document import write_document
 from proof.generate import generate
 from proof.score import LOG, brief, note, read, tables, text
-from proof.tool import HELD_OUT, QUICK, REPORT, Case, diagnose_case, errors, experiments_of, improved, replay
+from proof.tool import HELD_OUT, REPORT, diagnose_case, users_errors
 from tcp_muscle_ros.diagnosis.observation.observe import MOST
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
 
@@ -227,9 +227,7 @@ def _diagnose(bags: Path, reports: Path, most: int, name: str) -> str | None:
 
 def _held_out(bags: Path, unseen: Path, reports: Path, name: str) -> str | None:
     def work() -> None:
-        case = Case(bags / name)
-        experiments = experiments_of(unseen / name, case.nominal, QUICK)
-        found = errors([replay(one, improved(reports / name), case.experiments) for one in experiments])
+        found = users_errors(reports / name, unseen / name)
         (reports / name / HELD_OUT).write_text(json.dumps(found) + '\n', encoding='utf-8')
 
     return _guarded(name, work)

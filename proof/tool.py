@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
+from tcp_muscle_ros.diagnosis.answer.replaying import ReplayedErrors, own_of
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, aged, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
@@ -18,14 +19,16 @@ from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, base_unknowns
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.observation.observe import prepared
+from tcp_muscle_ros.diagnosis.observation.observe import conditions, prepared
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
-from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, write_json
+from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, RIG, write_json
+from tcp_muscle_ros.settings.ages import as_old_as_then, read_ages, write_ages
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read, write
+from tcp_muscle_ros.settings.rig import on_rig, read_rig, render_rig
 
 REPORT, HELD_OUT = 'report.json', 'held_out.json'
 QUICK = 500  # samples a channel for the alternatives and for held-out recordings
@@ -85,6 +88,8 @@ def diagnose_case(folder: Path, reports: Path, most: int, progress: Callable[[],
     out = reports / folder.name
     out.mkdir(parents=True, exist_ok=True)
     write_improved(out / IMPROVED, found, nominal.operating)
+    write_ages(out / IMPROVED, found.ages)
+    (out / RIG).write_text(render_rig(found.rig), encoding='utf-8')
     if found.next_experiment is not None:
         write_protocol(out / PROTOCOL, found.next_experiment, experiments[0].holding)
     write_json(out / REPORT, found)
@@ -108,6 +113,18 @@ class Replayed:
     experiment: Experiment
     outputs: Outputs
     left: dict[str, np.ndarray]
+
+
+def users_errors(report: Path, folder: Path) -> dict[str, float]:
+    """What `tcp_muscle replay` of improved.yaml and rig.yaml shows on the recordings in a folder: RMSE by channel."""
+    file, rig = read(str(report / IMPROVED)), read_rig(report / RIG)
+    errors = ReplayedErrors()
+    for path in bags(folder):
+        recording = read_bag(str(path))
+        muscle = as_old_as_then(on_rig(file.parameters, rig), read_ages(report / IMPROVED), recording.start_ns)
+        experiment = prepare(recording, file.parameters, conditions(file), QUICK)
+        errors.add(experiment, muscle, own_of(experiment, muscle))
+    return errors.rmse()
 
 
 def replay(experiment: Experiment, muscle: Parameters, before: Sequence[Experiment] = ()) -> Replayed:

@@ -81,7 +81,7 @@ def _guarded(argv: list[str]) -> int:
 def _run(argv: list[str], name: str | None) -> int:
     parser = _Parser(
         prog=PROGRAM,
-        description='Simulate, record, import, look at, calibrate, replay and diagnose TCP artificial muscles.'
+        description='Simulate, record, import, look at, calibrate, replay and diagnose TCP artificial muscles.',
     )
     parser.add_argument('--version', action='version', version=f'{PROGRAM} {__version__}')
     commands = parser.add_subparsers(title='commands', dest='command', metavar='COMMAND', required=True)

@@ -15,19 +15,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_parameter_argument(parser, required=True)
     parser.add_argument('--output', metavar='BAG2', help='a new bag: the recording, and the predictions beside it')
     parser.add_argument('--figure', metavar='PNG', help='draw recorded against predicted')
+    parser.add_argument('--rig', metavar='RIG.yaml', help='what the instruments do, as diagnose writes it')
+    parser.add_argument(
+        '--as-given',
+        action='store_true',
+        help='fit nothing: the room and the zeros as they are stated (else those of the recording are fitted)',
+    )
     add_force_argument(parser)
     add_bag_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Replay, print the table, write what was asked for."""
-    from tcp_muscle_ros.commands.model_arguments import read_experiments
-    from tcp_muscle_ros.diagnosis.answer.replaying import replay
+    from tcp_muscle_ros.commands.bag_arguments import read_bags
+    from tcp_muscle_ros.diagnosis.answer.replaying import SETTLED_BY, own_of, replay
+    from tcp_muscle_ros.diagnosis.observation.observe import conditions
+    from tcp_muscle_ros.diagnosis.observation.prepare import prepare
     from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_folder
     from tcp_muscle_ros.report.intervals_file import variants
     from tcp_muscle_ros.report.overlay import write_overlay
-    from tcp_muscle_ros.report.tables import comparison_table
+    from tcp_muscle_ros.report.tables import comparison_table, own_note
+    from tcp_muscle_ros.settings.ages import as_old_as_then, read_ages
     from tcp_muscle_ros.settings.parameter_file import read
+    from tcp_muscle_ros.settings.rig import on_rig, read_rig
 
     if args.output:
         refuse_among(args.output, [args.bag, args.params])
@@ -38,12 +48,19 @@ def run(args: argparse.Namespace) -> int:
 
         refuse_among(args.figure, [args.bag, args.params])
         figure = picture_path(args.figure, force=args.force)
-    parameters = read(args.params).parameters
-    (experiment,) = read_experiments(args, [args.bag])
-    compared = replay(experiment, parameters, variants(args.params, parameters))
+    file = read(args.params)
+    rig = read_rig(args.rig) if args.rig else None
+    (recording,) = read_bags(args, args.bag)
+    muscle = as_old_as_then(on_rig(file.parameters, rig), read_ages(args.params), recording.start_ns)
+    given = conditions(file)
+    experiment = prepare(recording, file.parameters, given)
+    own = None if args.as_given else own_of(prepare(recording, file.parameters, given, SETTLED_BY), muscle)
+    compared = replay(experiment, muscle, variants(args.params, muscle), own)
     for note in experiment.notes:
         print(f'note: {note}')
     print(comparison_table(compared))
+    if own is not None and own.zeros:
+        print(own_note(own))
     if args.output:
         with in_place_of(output) as draft:
             write_overlay(draft, experiment, compared)

@@ -27,7 +27,7 @@ from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.report.words import at_edge, driver_range, own_parameters
 
 SCHEMA = 'tcp_muscle_ros/diagnosis-2'
-PROTOCOL, IMPROVED = 'next_protocol.yaml', 'improved.yaml'
+PROTOCOL, IMPROVED, RIG = 'next_protocol.yaml', 'improved.yaml', 'rig.yaml'
 _DIGITS = 9  # significant: enough to replay to the same figures, few enough to read
 
 

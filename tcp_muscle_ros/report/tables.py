@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from tcp_muscle_ros.diagnosis.answer.replaying import Comparison
+from tcp_muscle_ros.diagnosis.answer.replaying import Comparison, Own
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 from tcp_muscle_ros.settings.parameter_file import describe
@@ -38,6 +38,16 @@ def comparison_table(compared: Mapping[str, Comparison]) -> str:
             ]
         )
     return table(['channel', 'samples', 'RMSE', 'NRMSE', 'bias'], rows)
+
+
+def own_note(own: Own) -> str:
+    """What was fitted to a recording because it is its own."""
+    said = [] if own.ambient is None else [f'the room {own.ambient - 273.15:.2f} degC']
+    said += [f'the start {own.start - 273.15:.2f} degC']
+    for name, zero in own.zeros.items():
+        unit, factor = SHOWN[name]
+        said += [f'the zero of {name} {zero * factor:+.3g} {unit}']
+    return f'fitted to this recording, for they are its own: {", ".join(said)} (--as-given: as they are stated)'
 
 
 def _edge(e: Estimate, value: float) -> float:

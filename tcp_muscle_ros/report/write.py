@@ -12,8 +12,15 @@ from tcp_muscle_ros.report.next_steps import Asked
 from tcp_muscle_ros.report.overlay import write_diagnosis_overlay
 from tcp_muscle_ros.report.page import write_html
 from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
-from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, write_json
+from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, RIG, write_json
+from tcp_muscle_ros.settings.ages import write_ages
 from tcp_muscle_ros.settings.parameter_file import Value as Setting
+from tcp_muscle_ros.settings.rig import render_rig
+
+_RIG_HEADING = (
+    'What the instruments do and what the rig was seen to do, by tcp_muscle diagnose.\n'
+    'For --rig, and rig_file of sim_node.'
+)
 
 
 def refuse_report(directory: str | Path, *, force: bool = False) -> Path:
@@ -54,6 +61,8 @@ def write_report(
         figures = draw_all(path / 'figures', diagnosis)
         write_html(path / 'report.html', diagnosis, figures, path / 'figures', asked)
         write_improved(path / IMPROVED, diagnosis, operating)
+        write_ages(path / IMPROVED, diagnosis.ages)
+        (path / RIG).write_text(render_rig(diagnosis.rig, _RIG_HEADING), encoding='utf-8')
         if diagnosis.next_experiment is not None:
             holding = experiments[0].holding if experiments else None
             write_protocol(path / PROTOCOL, diagnosis.next_experiment, holding)

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS
+from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.muscle.effects.clock_skew import CHANNELS as DELAYED
 from tcp_muscle_ros.recording.recording import OUTPUTS
 from tcp_muscle_ros.recording.yaml_input import Section, as_number, load_yaml
@@ -144,6 +144,13 @@ class Rig:
             values |= {'clock_skew.channel': float(DELAYED.index(late[0]))}
             values = {'clock_skew.d': 0.0, 'clock_skew.r': 0.0, **values}
         return values
+
+
+def on_rig(muscle: Parameters, rig: Rig | None) -> Parameters:
+    """The muscle with the effects of a rig's instruments: the model then shows what this rig shows."""
+    values = rig.sensor_effects() if rig else {}
+    names = {name.partition('.')[0] for name in values}
+    return muscle.with_effects(*names).replace(values) if names else muscle
 
 
 def read_rig(path: str | Path) -> Rig:

@@ -4,12 +4,14 @@ import json
 import resource
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
 
 from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.bag_writer import write_recording
 from tcp_muscle_ros.tool import main
 
 PROTOCOL = """
@@ -231,3 +233,20 @@ def test_damaged_intervals_are_one_line(made, tmp_path, capsys, text):
     (tmp_path / 'mine.intervals.json').write_text(text, encoding='latin-1')
     assert main(['replay', str(made / 'plain'), '--params', str(tmp_path / 'mine.yaml')]) == 2
     assert 'mine.intervals.json: damaged; calibrate again, or remove it' in capsys.readouterr().err
+
+
+def test_a_replay_fits_the_zero_of_a_recording_and_says_so(made, tmp_path):
+    # The muscle is right; the encoder was set to zero somewhere else.
+    recording = read_bag(str(made / 'plain'))
+    stroke = recording['displacement']
+    channels = {**recording.channels, 'displacement': replace(stroke, value=stroke.value + 3e-3)}
+    write_recording(tmp_path / 'moved', replace(recording, channels=channels))
+    code, printed, _ = tool('replay', tmp_path / 'moved', '--params', 'karami_tadesse_2017')
+    assert code == 0
+    assert 'the zero of displacement +3 mm' in printed
+    fitted = next(line for line in printed.splitlines() if line.startswith('displacement')).split()
+    assert float(fitted[2]) < 0.01  # mm
+    code, printed, _ = tool('replay', tmp_path / 'moved', '--params', 'karami_tadesse_2017', '--as-given')
+    assert code == 0
+    as_given = next(line for line in printed.splitlines() if line.startswith('displacement')).split()
+    assert float(as_given[2]) == pytest.approx(3.0, abs=0.01)

@@ -1,7 +1,6 @@
 """What a selection means: findings with their intervals, where, what remains, the verdict, and the better muscle."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,12 +14,13 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Series,
     Value,
 )
+from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, rig_of
 from tcp_muscle_ros.diagnosis.answer.improvement import certainty, fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
 from tcp_muscle_ros.diagnosis.answer.notes import on_shared, on_slips
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, headline
 from tcp_muscle_ros.diagnosis.fitting import slips
-from tcp_muscle_ros.diagnosis.fitting.calibration import aged, unit_of
+from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
 from tcp_muscle_ros.diagnosis.fitting.forms import FORM
 from tcp_muscle_ros.diagnosis.fitting.generic import drivers
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
@@ -33,6 +33,7 @@ from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
+from tcp_muscle_ros.settings.ages import Age
 
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
 LEAST_SIGNAL = 3.0
@@ -223,22 +224,6 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
     return tuple(rows)
 
 
-def improved_muscle(selection: Selection) -> Parameters:
-    """The muscle with its calibrated parameters and physics.
-
-    What belongs to the sensors stays in the report, and so do circumstances that differed from recording to recording;
-    of slips at their own instants it keeps the mean.
-    """
-    final = selection.final
-    muscle = final.muscle
-    own = {u.name.split('.')[0] for u in final.problem.unknowns if '.' in u.name and u.recording is not None}
-    physics = [e for e in muscle.effects if EFFECTS[e].stage != 'sensor' and e not in own]
-    leakage = slips.mean_leakage(final) if selection.leapt is None else None
-    if leakage is None:
-        return muscle.only_effects(physics)
-    return muscle.only_effects([*physics, slips.EFFECT]).replace({slips.RATE: leakage[0], slips.FROM: 0.0})
-
-
 def conclude(
     selection: Selection, nominal: Parameters, untried: Mapping[str, str], seconds: Mapping[str, float]
 ) -> Diagnosis:
@@ -262,6 +247,7 @@ def conclude(
         Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
     )
     experiments = selection.final.problem.experiments
+    improved, ages = improved_muscle(selection), ages_of(selection.final.problem)
     return Diagnosis(
         headline=headline(verdict, findings, location, errors, remains),
         verdict=verdict,
@@ -277,12 +263,14 @@ def conclude(
         unexplained=remains,
         next_experiment=proposal if proposal is not None and proposal.power >= LEAST_CHANCE else None,
         nominal=nominal,
-        improved=improved_muscle(selection),
+        improved=improved,
+        ages=ages,
+        rig=rig_of(selection.final),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
         notes=(
             *notes(experiments),
-            *_age(selection.final),
+            *_age(improved, ages),
             *on_slips(selection),
             *on_shared(selection, remains),
             *_unseen(selection),
@@ -336,15 +324,13 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _age(fitted: Fit) -> tuple[str, ...]:
-    """How old the muscle is now, where it ages: what is written is its age before the first recording."""
-    problem = fitted.problem
-    after = aged((*problem.experiments, problem.experiments[0]), fitted.outputs)[-1]
-    now = replace(problem, experiments=(after,)).muscle({}, 0)
+def _age(now: Parameters, ages: Sequence[Age]) -> tuple[str, ...]:
+    """How old the muscle is now, where it ages."""
+    first = ages[0].values if ages else {}
     return tuple(
-        f'{name} was {problem.parameters[name]:.4g} before the first recording and is {now[name]:.4g} after the last: '
-        f'set it so for the muscle as it is now'
-        for name in problem.ages
+        f'{name} was {before:.4g} before the first recording and is {now[name]:.4g} after the last: improved.yaml has '
+        f'the muscle as it is now, and a replay of these recordings has it as old as it was in each'
+        for name, before in first.items()
     )
 
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.settings.ages import Age
+from tcp_muscle_ros.settings.rig import Rig
 
 VERDICTS = (
     'match',
@@ -180,7 +182,8 @@ class Diagnosis:
     """The whole outcome.
 
     ``headline`` is the one plain sentence; ``calibrated`` the nominal muscle recalibrated, without what was found,
-    ``improved`` the muscle that sim_node should use.
+    ``improved`` the muscle that sim_node should use, as it is after the last recording; ``ages`` how old it was in
+    each; ``rig`` what the instruments do.
 
     ``repeatability``: by channel what runs of one protocol do not share (SI), None where there are no replicates.
     ``would_help``: what to record so that an undecided question can be decided, where no planned experiment would.
@@ -201,6 +204,8 @@ class Diagnosis:
     next_experiment: Proposal | None
     nominal: Parameters
     improved: Parameters
+    ages: tuple[Age, ...] = ()
+    rig: Rig = field(default_factory=Rig)
     drive: tuple[tuple[str, Array, Array], ...] = ()
     series: tuple[tuple[Series, ...], ...] = ()
     notes: tuple[str, ...] = ()

@@ -5,14 +5,16 @@ from dataclasses import replace
 from statistics import median
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
-from tcp_muscle_ros.diagnosis.answer.replaying import ReplayedErrors
+from tcp_muscle_ros.diagnosis.answer.replaying import SETTLED_BY, ReplayedErrors, own_of
 from tcp_muscle_ros.diagnosis.answer.sentences import headline
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.observe import conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.recording.recording import Recording
+from tcp_muscle_ros.settings.ages import as_old_as_then
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, Value
+from tcp_muscle_ros.settings.rig import on_rig
 
 _SAME_ROOM = 1.0  # K
 
@@ -33,7 +35,7 @@ def physics_only(parameters: Parameters) -> Parameters:
 
 def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Mapping[str, Value]) -> Diagnosis:
     """The diagnosis with the errors that ``tcp_muscle replay`` shows on the same bags, with the nominal parameters,
-    recalibrated, and with improved.yaml; its headline speaks of these.
+    recalibrated, and with improved.yaml on rig.yaml; its headline speaks of these.
 
     Empties ``recordings``: a long one is let go before it is replayed.
     """
@@ -41,12 +43,15 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
         return diagnosis
     d, room = diagnosis, operating_with_room(diagnosis, operating)
     calibrated, improved = (physics_only(muscle) for muscle in (d.calibrated or d.nominal, d.improved))
-    muscles = [(d.nominal, dict(operating)), (calibrated, room), (improved, room)]
-    errors = [ReplayedErrors(muscle) for muscle, _ in muscles]
+    muscles = [(d.nominal, dict(operating)), (calibrated, room), (on_rig(improved, d.rig), room)]
+    errors = [ReplayedErrors() for _ in muscles]
     while recordings:
         recording = recordings.pop(0)
         for error, (muscle, given) in zip(errors, muscles, strict=True):
-            error.add(prepare(recording, muscle, conditions(ParameterFile(muscle, given))))
+            then = as_old_as_then(muscle, d.ages, recording.start_ns)
+            stated = conditions(ParameterFile(muscle, given))
+            own = own_of(prepare(recording, muscle, stated, SETTLED_BY), then)
+            error.add(prepare(recording, muscle, stated), then, own)
     before, recalibrated, after = (error.rmse() for error in errors)
     fit = {
         name: replace(f, nominal=before[name], calibrated=recalibrated[name], improved=after[name])

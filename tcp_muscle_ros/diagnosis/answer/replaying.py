@@ -1,16 +1,28 @@
-"""Replay: drive the model with recorded inputs, free-run, and compare each channel."""
+"""Replay: drive the model with recorded inputs, free-run, and compare each channel.
+
+A recording brings three things of its own, which are no property of a muscle: the temperature of the room, that of the
+fibre at the start, and the zero of its displacement or force. ``own_of`` fits these and nothing else.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START, base_unknowns
+from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 _BAND = (5.0, 95.0)  # percentiles
 _FIRST = 20  # readings
+_ROUNDS = 12  # of fitting what a recording brings of its own
+SETTLED_BY = 500  # observations a channel that it is fitted to
+_CHANCE = 20.0  # of the squared error in units of the noise: more is no chance
 
 
 @dataclass(frozen=True)
@@ -55,20 +67,83 @@ def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
     return min(starts, key=error)
 
 
-class ReplayedErrors:
-    """Root mean square errors (SI) by channel of one muscle's replays of several recordings together."""
+@dataclass(frozen=True)
+class Own:
+    """What a recording brings of its own: ``ambient`` (K, None: as it was recorded), the fibre's temperature at the
+    ``start`` (K), and by channel what is shown at the model's ``zeros`` (SI)."""
 
-    def __init__(self, parameters: Parameters) -> None:
-        self.parameters = parameters
+    ambient: float | None
+    start: float
+    zeros: Mapping[str, float] = field(default_factory=dict)
+
+    def run(self, experiment: Experiment, muscle: Parameters) -> dict[str, Array]:
+        """What the muscle shows in the recording (SI), shapes as observed."""
+        shown = self.at_home(experiment).predict(muscle, self.start)
+        return {name: values + self.zeros.get(name, 0.0) for name, values in shown.items()}
+
+    def at_home(self, experiment: Experiment) -> Experiment:
+        """The recording in its own room."""
+        if self.ambient is None:
+            return experiment
+        room = np.full(experiment.imposed.time.size, self.ambient)
+        return replace(experiment, imposed=replace(experiment.imposed, ambient=room))
+
+
+def as_given(experiment: Experiment, muscle: Parameters) -> Own:
+    """Nothing of its own: the room as stated, zeros as recorded, the start as its first readings show."""
+    return Own(None, start_temperature(experiment, muscle))
+
+
+def own_of(experiment: Experiment, muscle: Parameters) -> Own:
+    """Fit what a recording brings of its own to a muscle, by penalised least squares.
+
+    Once more under the noise that is left: where the muscle is another one, what it misses must not bend the room.
+    Where that gains nothing beyond what chance gives, the recording is taken as given.
+
+    Args:
+        experiment: prepared with some hundred observations a channel, which is enough and quick.
+        muscle: with the effects of its sensors, where they are known.
+    """
+    unknowns = tuple(u for u in base_unknowns([experiment], muscle) if u.recording is not None)
+    first = fit(Problem((experiment,), muscle, unknowns, quick_noise([experiment])), rounds=_ROUNDS, tolerance=1e-5)
+    noise = left_over_noise(first)
+    again = first.problem.with_noise(noise)
+    fitted = fit(again, first.z, rounds=_ROUNDS, tolerance=1e-5, known=first.rough_slopes)
+    values, zeros = fitted.values, fitted.problem.zeros(fitted.predictions[0], 0)
+    own, given = Own(values.get((AMBIENT, 0)), values[START, 0], zeros), as_given(experiment, muscle)
+    gained = _missed(given.run(experiment, muscle), experiment, noise) - _missed(
+        fitted.predictions[0], experiment, noise, zeros
+    )
+    return own if gained > _CHANCE else given
+
+
+def _missed(
+    shown: Mapping[str, Array],
+    experiment: Experiment,
+    noise: Mapping[str, Noise],
+    zeros: Mapping[str, float] | None = None,
+) -> float:
+    """The squared error in units of the noise, over all channels."""
+    return sum(
+        float(np.sum((o.value - shown[name] - (zeros or {}).get(name, 0.0)) ** 2)) / noise[name].sigma ** 2
+        for name, o in experiment.observed.items()
+    )
+
+
+class ReplayedErrors:
+    """Root mean square errors (SI) by channel of replays of several recordings together."""
+
+    def __init__(self) -> None:
         self._squares: dict[str, list[float]] = {}
 
-    def add(self, experiment: Experiment) -> None:
-        """Replay one more recording."""
-        start = start_temperature(experiment, self.parameters)
+    def add(self, experiment: Experiment, muscle: Parameters, own: Own) -> None:
+        """Replay one more recording with the muscle as it was then."""
+        at_home = own.at_home(experiment)
         for name, observed in experiment.observed.items():  # one at a time: they may be long
-            outputs = experiment.outputs(self.parameters, start, only=(name,))
+            outputs = at_home.outputs(muscle, own.start, only=(name,))
             error = np.interp(observed.time, outputs.time, getattr(outputs, name))
             del outputs
+            error += own.zeros.get(name, 0.0)
             error -= observed.value
             entry = self._squares.setdefault(name, [0.0, 0.0])
             entry[0] += float(error @ error)
@@ -80,15 +155,19 @@ class ReplayedErrors:
 
 
 def replay(
-    experiment: Experiment, parameters: Parameters, variants: Mapping[int, Parameters] | None = None
+    experiment: Experiment,
+    parameters: Parameters,
+    variants: Mapping[int, Parameters] | None = None,
+    own: Own | None = None,
 ) -> dict[str, Comparison]:
     """Compare every recorded output with the model's free run under the recorded inputs.
 
-    ``variants``: other muscles within the parameters' intervals; their spread is the band.
+    ``variants``: other muscles within the parameters' intervals; their spread is the band. ``own``: what the recording
+    brings of its own; default nothing (``as_given``).
     """
-    start = start_temperature(experiment, parameters)
-    predicted = experiment.predict(parameters, start)
-    spread = [experiment.predict(muscle, start) for muscle in (variants or {}).values()]
+    own = own or as_given(experiment, parameters)
+    predicted = own.run(experiment, parameters)
+    spread = [own.run(experiment, muscle) for muscle in (variants or {}).values()]
     found = {}
     for name, observed in experiment.observed.items():
         error = observed.value - predicted[name]

@@ -55,7 +55,7 @@ class Experiment:
     """One recording as the model sees it.
 
     ``notes`` say what was assumed, for people to read; ``cycles`` and ``used`` (s): those of the recordings before it;
-    ``draught``: what was inferred of one; ``slips``: those that were.
+    ``draught``: what was inferred of one; ``slips``: those that were; ``start_ns``: when it began, by its own clock.
     """
 
     name: str
@@ -66,6 +66,7 @@ class Experiment:
     notes: tuple[str, ...] = ()
     cycles: float = 0.0
     used: float = 0.0
+    start_ns: int = 0
     draught: Draught | None = None
     slips: tuple[Slip, ...] = ()
 

@@ -1,0 +1,58 @@
+"""How old a muscle was when it was recorded, kept beside the parameter file that holds it as it is now.
+
+A muscle that wears (``fatigue.n0`` cycles, ``resistance_drift.w0`` seconds before) is written as it is after the last
+recording. ``MUSCLE.ages.json`` has its age at the beginning of each recording, which is known by the stamp of its
+start: a replay of one of them runs the muscle as old as it was then, a replay of anything else as old as it is now.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tcp_muscle_ros.muscle import Parameters
+
+SCHEMA = 'tcp_muscle_ros/ages-1'
+
+
+@dataclass(frozen=True)
+class Age:
+    """The parameters that count what went before, as they were when a recording began (``start_ns``, of its clock)."""
+
+    start_ns: int
+    values: Mapping[str, float]
+
+
+def path_beside(parameter_file: str | Path) -> Path:
+    """Where the ages of a parameter file are."""
+    return Path(parameter_file).with_suffix('.ages.json')
+
+
+def write_ages(parameter_file: str | Path, ages: Sequence[Age]) -> None:
+    """Write them beside a parameter file; nothing for a muscle that does not age."""
+    if any(age.values for age in ages):
+        recordings = [{'start_ns': age.start_ns, 'values': dict(age.values)} for age in ages]
+        content = {'schema': SCHEMA, 'recordings': recordings}
+        path_beside(parameter_file).write_text(json.dumps(content, indent=1) + '\n', encoding='utf-8')
+
+
+def read_ages(parameter_file: str | Path) -> tuple[Age, ...]:
+    """Those beside a parameter file; none where there are none that this version knows."""
+    path = path_beside(parameter_file)
+    if not path.is_file():
+        return ()
+    try:
+        content = json.loads(path.read_text(encoding='utf-8'))
+        if content['schema'] != SCHEMA:
+            return ()
+        return tuple(Age(int(entry['start_ns']), dict(entry['values'])) for entry in content['recordings'])
+    except (ValueError, KeyError, TypeError):
+        return ()
+
+
+def as_old_as_then(muscle: Parameters, ages: Sequence[Age], start_ns: int) -> Parameters:
+    """The muscle as it was when the recording that began at ``start_ns`` was made, else as it is."""
+    for age in ages:
+        if age.start_ns == start_ns:
+            return muscle.replace(age.values)
+    return muscle

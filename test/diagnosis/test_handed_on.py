@@ -1,0 +1,61 @@
+"""What a diagnosis hands on: a worn muscle as it is now, and what the instruments do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.made import NOMINAL, TRUE, experiment
+
+from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, rig_of
+from tcp_muscle_ros.diagnosis.answer.replaying import as_given, own_of, replay
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.search.candidates import screen
+from tcp_muscle_ros.diagnosis.search.rivals import rivals_for
+from tcp_muscle_ros.diagnosis.search.selection import select
+from tcp_muscle_ros.settings.ages import as_old_as_then
+
+CHANNELS = ('temperature', 'resistance', 'displacement')
+
+
+def test_a_muscle_that_wears_is_handed_on_as_it_is_now_and_known_as_it_was():
+    worn = [TRUE.replace({'fatigue.c': 0.03, 'fatigue.n0': 2.6 * k}).with_effects('fatigue') for k in range(4)]
+    runs = [experiment(CHANNELS, 0.27, 0.588, k, muscle=worn[k]) for k in range(3)]
+    runs = [replace(run, start_ns=100 + k) for k, run in enumerate(runs)]
+    fitted = in_turn(calibrate(runs, NOMINAL).fit)
+    ranked, _ = screen(fitted, ['fatigue'])
+    found = select(rivals_for(fitted, ranked, None)[0].fit, [])
+    muscle, ages = improved_muscle(found), ages_of(found.final.problem)
+    assert muscle['fatigue.n0'] == pytest.approx(7.8, rel=0.3)
+    assert [age.start_ns for age in ages] == [100, 101, 102]
+    assert ages[0].values == {'fatigue.n0': 0.0}
+    # The next recording of the same muscle: as it is now it is predicted, as it was at first it is not.
+    further = experiment(CHANNELS, 0.25, 0.45, 9, muscle=worn[3])
+    now, first = (
+        replay(further, m, own=own_of(further, m))['displacement'].rmse
+        for m in (muscle, as_old_as_then(muscle, ages, 100))
+    )
+    assert now < 0.5 * first
+
+
+def test_a_lag_of_the_thermometer_goes_to_the_rig_and_not_to_the_muscle():
+    slow = TRUE.replace({'thermocouple_lag.tau': 2.0}).with_effects('thermocouple_lag')
+    runs = [experiment(CHANNELS, current, 0.588, k, muscle=slow) for k, current in enumerate((0.27, 0.24))]
+    found = select(in_turn(calibrate(runs, NOMINAL).fit), ['thermocouple_lag'])
+    rig = rig_of(found.final)
+    lag = rig.instruments['temperature']['lag_s']
+    assert lag.low <= lag.value <= lag.high
+    assert lag.value == pytest.approx(2.0, rel=0.1)
+    assert rig.limits.largest_current == pytest.approx(0.27)
+    assert 'thermocouple_lag' not in improved_muscle(found).effects
+
+
+def test_the_room_and_the_zero_of_a_recording_are_its_own_and_nothing_else_is_fitted():
+    run = experiment(CHANNELS, 0.27, 0.588, 1)
+    assert own_of(run, TRUE) == as_given(run, TRUE)  # all is as stated: nothing is fitted
+    stroke = run.observed['displacement']
+    moved = replace(run, observed={**run.observed, 'displacement': replace(stroke, value=stroke.value + 2e-3)})
+    own = own_of(moved, TRUE)
+    assert own.zeros['displacement'] == pytest.approx(2e-3, abs=1e-4)
+    wrong = TRUE.replace(B=0.7 * TRUE['B'])
+    compared = replay(moved, wrong, own=own_of(moved, wrong))['displacement']
+    assert compared.rmse > 0.1 * np.ptp(stroke.value) * 0.3  # a wrong muscle stays wrong
