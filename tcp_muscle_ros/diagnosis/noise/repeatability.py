@@ -1,0 +1,113 @@
+"""How well runs of the same protocol repeat each other: what no model of one muscle can predict of them.
+
+Runs are given on common instants, counted from the switch that all have. What they share is their mean; what each has
+for itself is the rest, as it is, or after its own gain and zero are taken out (specimens differ). By moving means the
+rest is divided into time scales.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.muscle.arrays import Array
+
+SCALES = (2.0, 10.0)  # s: quicker than the first, between them, slower than the last
+
+
+@dataclass(frozen=True)
+class Repeatability:
+    """What runs of one protocol do not share. Root mean squares, in the unit of the channel.
+
+    ``peak``: mean peak to peak of the runs. ``plain``: as they are. ``own_gain``: with a gain and a zero for each run.
+    ``by_scale``: of ``own_gain``, what is quicker than ``SCALES[0]``, between them, and slower; NaN where a scale is
+    shorter than two samples. ``foretold``: how far a run is from the mean of the others, with a gain and a zero of its
+    own: the error on an unseen run that a model of all of them would have at best.
+    """
+
+    runs: int
+    peak: float
+    plain: float
+    own_gain: float
+    by_scale: tuple[float, ...]
+    foretold: float
+
+
+def repeatability(time: Array, values: Array) -> Repeatability | None:
+    """How well runs repeat each other; None for fewer than two.
+
+    Args:
+        time: s, evenly spaced, shape (n,).
+        values: of each run at these instants, shape (runs, n).
+    """
+    runs = values.shape[0]
+    if runs < 2:
+        return None
+    peak = float(np.mean(np.ptp(values, axis=1)))
+    plain = values - np.mean(values, axis=0)
+    own = _own_gain(values)
+    pieces = _by_scale(time, own)
+    free = np.sqrt(runs / (runs - 1.0))  # their mean has taken a part
+    # A gain and a zero a run have taken more, of many instants: next to nothing.
+    return Repeatability(
+        runs,
+        peak,
+        free * _rms(plain),
+        free * _rms(own),
+        tuple(free * _rms(piece) if piece is not None else float('nan') for piece in pieces),
+        _foretold(values),
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _fitted(to: Array, like: Array) -> Array:
+    """``like`` with the gain and zero that bring it nearest to ``to``."""
+    columns = np.stack([like, np.ones_like(like)], axis=1)
+    return np.asarray(columns @ np.linalg.lstsq(columns, to, rcond=None)[0])
+
+
+def _own_gain(values: Array) -> Array:
+    """What is left of each run beside one course that all have, with a gain and a zero for each."""
+    course = np.mean(values, axis=0)
+    for _ in range(20):  # the course that serves all best: alternating least squares
+        gains = np.array(
+            [np.linalg.lstsq(np.stack([course, np.ones_like(course)], axis=1), v, rcond=None)[0] for v in values]
+        )
+        better = gains[:, 0] @ (values - gains[:, 1:]) / float(np.sum(gains[:, 0] ** 2))
+        if _rms(better - course) < 1e-9 * _rms(better - np.mean(better)):
+            break
+        course = better
+    return values - np.stack([_fitted(value, course) for value in values])
+
+
+def _foretold(values: Array) -> float:
+    """Each run by the mean of the others."""
+    left = []
+    for k, value in enumerate(values):
+        others = np.mean(np.delete(values, k, axis=0), axis=0)
+        left.append(value - _fitted(value, others))
+    return _rms(np.stack(left))
+
+
+def _by_scale(time: Array, left: Array) -> Sequence[Array | None]:
+    """What is quicker than the first scale, between them, slower than the last: they add up to ``left``."""
+    step = float(np.mean(np.diff(time)))
+    pieces: list[Array | None] = []
+    rest = left
+    for scale in SCALES:
+        if scale < 2.0 * step:
+            pieces.append(None)
+            continue
+        slow = np.stack([_moving_mean(row, round(scale / step)) for row in rest])
+        pieces.append(rest - slow)
+        rest = slow
+    return [*pieces, rest]
+
+
+def _moving_mean(row: Array, width: int) -> Array:
+    """The mean over so many samples about each, of fewer at the ends."""
+    ones = np.ones(min(width, row.size))
+    return np.asarray(np.convolve(row, ones, 'same') / np.convolve(np.ones_like(row), ones, 'same'))
