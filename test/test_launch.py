@@ -31,6 +31,7 @@ def test_all_of_them_are_there():
     assert [path.name for path in LAUNCH_FILES] == [
         'antagonist.launch.py',
         'closed_loop.launch.py',
+        'finger.launch.py',
         'hand.launch.py',
         'hardware.launch.py',
         'record.launch.py',

@@ -14,6 +14,18 @@ from tcp_muscle_ros.nodes.topics import COMMAND_QOS, STATE_QOS
 from tcp_muscle_ros.settings.operating import JOINT
 
 
+def read_torque(node: Home, joint: str, message: Float64) -> float | None:
+    """The torque (N m) of ``external_torque``; None and a warning where it is out of bounds."""
+    row = JOINT['torque_n_m']
+    if row.low <= message.data <= row.high:  # False for NaN
+        return float(message.data)
+    node.get_logger().warning(
+        f'{joint}: external_torque of {message.data:g} refused; expected {row.low:g} to {row.high:g} N m',
+        throttle_duration_sec=5.0,
+    )
+    return None
+
+
 class SimJoint:
     """Publishes ``<name>/angle`` (rad) and hears ``<name>/external_torque`` (N m)."""
 
@@ -34,14 +46,9 @@ class SimJoint:
         node.listen(Float64, f'{name}/external_torque', self._take_torque, COMMAND_QOS)
 
     def _take_torque(self, message: Float64) -> None:
-        row = JOINT['torque_n_m']
-        if row.low <= message.data <= row.high:  # False for NaN
-            self.joint.torque = message.data
-        else:
-            self._node.get_logger().warning(
-                f'{self.name}: external_torque of {message.data:g} refused; expected {row.low:g} to {row.high:g} N m',
-                throttle_duration_sec=5.0,
-            )
+        torque = read_torque(self._node, self.name, message)
+        if torque is not None:
+            self.joint.torque = torque
 
     def gather(self) -> None:
         """The muscles may have been made anew."""

@@ -8,7 +8,7 @@ if __name__ == '__main__':  # python -m: before the rest is loaded, as entry.py 
     end_quietly_when_asked()
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
@@ -26,6 +26,9 @@ from tcp_muscle_ros.nodes.ticks import SECOND, ScaledTime, TimeBase
 from tcp_muscle_ros.nodes.topics import STATE_QOS
 from tcp_muscle_ros.settings.operating import SIM
 
+if TYPE_CHECKING:  # MuJoCo is loaded where a robot is asked for
+    from tcp_muscle_ros.nodes.sim_robot import Eye, RobotJoint, SimRobot
+
 _CLOCK_QOS = QoSProfile(depth=1)
 
 
@@ -39,10 +42,15 @@ class SimNode(SafeNode[SimMuscle]):
     def __init__(self) -> None:
         self._stamps: list[memoryview[int]] = []  # the tick's, in every stamped message
         super().__init__(SIM)
-        self._joints: list[SimJoint] = [
-            SimJoint(self, name, settings, *(self.by_name[one] for one in pair(settings)))
-            for name, settings in self.plan.joints.items()
+        self._robot: SimRobot | None = self._make_robot()
+        self._eye: Eye | None = None
+        self._joints: list[SimJoint | RobotJoint] = [
+            self._make_joint(name, settings) for name, settings in self.plan.joints.items()
         ]
+        if self._robot is not None and self.common['image_rate_hz'] > 0.0:
+            from tcp_muscle_ros.nodes.sim_robot import Eye
+
+            self._eye = Eye(self, self._robot, self.common)
         self._currents = [0.0] * len(self.muscles)
         self.gather()
         self._clock_topic = None
@@ -54,6 +62,27 @@ class SimNode(SafeNode[SimMuscle]):
             self._all_joints, (self._position, self._velocity, self._effort) = self.stamped(
                 'joint_states', joint_states(names), 'position', 'velocity', 'effort'
             )
+
+    def _make_robot(self) -> SimRobot | None:
+        if not self.common['robot']:
+            return None
+        from tcp_muscle_ros.nodes.sim_robot import SimRobot
+
+        if not self.plan.many:
+            raise BadInput("parameter 'robot' needs 'muscles': the names of the robot's tendons")
+        for name, muscle in self.by_name.items():
+            if muscle.settings['end'] != 'blocked':
+                raise BadInput(
+                    f"{name}: parameter 'end' is '{muscle.settings['end']}', but the robot holds it: blocked"
+                )
+        return SimRobot(self.common['robot'], self.by_name)
+
+    def _make_joint(self, name: str, settings: Settings) -> SimJoint | RobotJoint:
+        if self._robot is not None:
+            from tcp_muscle_ros.nodes.sim_robot import RobotJoint
+
+            return RobotJoint(self, name, settings, self.by_name, self._robot)
+        return SimJoint(self, name, settings, *(self.by_name[one] for one in pair(settings)))
 
     def check(self, settings: Settings) -> None:
         """Raise BadInput against values that make no muscle, no limits or no clock."""
@@ -85,13 +114,21 @@ class SimNode(SafeNode[SimMuscle]):
 
     def gather(self) -> None:
         """Step the muscles together as they now are."""
-        for joint in self._joints:
-            joint.gather()
-        self._together = Muscles([muscle.muscle for muscle in self.muscles], [joint.joint for joint in self._joints])
+        muscles = [muscle.muscle for muscle in self.muscles]
+        if self._robot is not None:
+            self._robot.take(muscles)
+            self._together: Muscles | SimRobot = self._robot
+        else:
+            joints = [joint for joint in self._joints if isinstance(joint, SimJoint)]
+            for joint in joints:
+                joint.gather()
+            self._together = Muscles(muscles, [joint.joint for joint in joints])
         self._together.step(0.0, self._currents)  # what is still to be compiled is compiled before the first tick
 
     def forget(self) -> str:
         """~/reset: every muscle is at rest again, every joint at angle 0."""
+        if self._robot is not None:
+            self._robot.reset()
         for joint in self._joints:
             joint.forget()
         return super().forget()

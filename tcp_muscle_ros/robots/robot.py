@@ -1,6 +1,7 @@
 """A MuJoCo model in which muscles pull at the tendons."""
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -53,7 +54,7 @@ class Robot:
         self._connected = np.ones(len(self.names))
         self._mj.mj_forward(self.model, self.data)
         self._cable = self.data.ten_length[self._tendon] - self.tendons.rest_lengths
-        self.reset()
+        self.tendons.begin(self.lengths())
 
     def _number(self, kind: Any, name: str, what: str) -> int:
         number = int(self._mj.mj_name2id(self.model, kind, name))
@@ -93,6 +94,18 @@ class Robot:
         self._mj.mj_forward(self.model, self.data)
         self.tendons.begin(self.lengths())
         self._connected[:] = 1.0
+
+    def take(self, muscles: Sequence[Muscle]) -> None:
+        """The same muscles with other properties, on their cables as they are; the book is opened anew."""
+        self.tendons = Tendons(list(muscles))
+        self.tendons.begin(self.lengths())
+
+    def still(self) -> 'Robot':
+        """What it looks like now, for a picture that is made while time goes on."""
+        seen = copy(self)
+        seen.data, seen.tendons = copy(self.data), copy(self.tendons)
+        seen.tendons.shown = self.tendons.shown.copy()
+        return seen
 
     def place(self, joint: str) -> int:
         """Where a joint's position stands in ``data.qpos``."""

@@ -1,0 +1,73 @@
+"""The finger in MuJoCo behind the topics: joint commands in, joint states and pictures out, and 0 A in the end."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+pytest.importorskip('mujoco', reason="needs MuJoCo (extra 'mujoco', Python 3.11 and later)")
+
+from sensor_msgs.msg import Image, JointState
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool
+
+pytestmark = pytest.mark.processes
+FINGER = Path(__file__).resolve().parents[2] / 'config' / 'finger.yaml'
+JOINTS, MUSCLES = ['knuckle', 'middle'], ['knuckle_flexor', 'knuckle_extensor', 'middle_flexor', 'middle_extensor']
+
+
+def test_it_goes_where_it_is_told_is_seen_and_ends_without_current(bench):
+    nodes = [bench.start(name, 'finger', '--params-file', str(FINGER)) for name in ('sim_node', 'controller_node')]
+    states = bench.listen('/finger/joint_states', JointState)
+    images = bench.listen('/finger/camera/image', Image)
+    currents = {name: bench.listen(f'/finger/{name}/current') for name in MUSCLES}
+    command = bench.speaker('/finger/joint_commands', JointState)
+    torque = bench.speaker('/finger/knuckle/external_torque')
+    told = JointState(name=JOINTS, position=[-0.1, 0.25])
+
+    def angles():
+        command.publish(told)
+        return dict(zip(states.last.name, states.last.position, strict=True)) if states else dict.fromkeys(JOINTS, 9.0)
+
+    def there():
+        return all(abs(angles()[joint] - at) < 0.02 for joint, at in zip(JOINTS, told.position, strict=True))
+
+    bench.until(there, 'not reached')
+    assert states.last.name == [*MUSCLES, *JOINTS]
+    shown = dict(zip(states.last.name, states.last.position, strict=True))
+    assert shown['knuckle_flexor'] == pytest.approx(0.01 * shown['knuckle'], abs=1e-4)
+
+    bench.until(lambda: images, 'no picture')
+    picture = images.last
+    assert (picture.width, picture.height, picture.encoding, picture.step) == (320, 200, 'rgb8', 960)
+    assert np.frombuffer(picture.data, dtype=np.uint8).std() > 10.0
+
+    torque.publish(Float64(data=0.004))  # pushed towards the palm: it gives way, and comes back under the push
+    bench.until(lambda: angles()['knuckle'] > 0.0, 'the push is not felt')
+    bench.until(there, 'not held against the push')
+
+    bench.call(SetBool, '/finger/sim_node/knuckle_flexor/enable', data=False)  # as if its wire were cut
+    bench.until(lambda: angles() and currents['knuckle_flexor'].last.data == 0.0, 'current in a muscle that is off')
+    nodes[1].kill()
+    bench.until(lambda: all(heard.last.data == 0.0 for heard in currents.values()), 'current without a controller')
+    assert nodes[0].end(2) == 0, nodes[0].said()
+
+
+@pytest.mark.parametrize(
+    ('given', 'line'),
+    [
+        (['robot:=fingr'], "unknown robot 'fingr'; did you mean 'finger'"),
+        (['robot:=arm'], "the robot has no tendon 'knuckle_flexor'"),
+        (['knuckle.radius_m:=0.02'], "knuckle: parameter 'radius_m' is 0.02, but 'knuckle_flexor' pulls"),
+        (['knuckle_flexor.end:=load'], "knuckle_flexor: parameter 'end' is 'load'"),
+    ],
+)
+def test_what_does_not_fit_is_one_line(given, line):
+    arguments = [word for one in given for word in ('-p', one)]
+    command = ['-m', 'tcp_muscle_ros.nodes.sim_node', '--ros-args', '--params-file', str(FINGER), *arguments]
+    done = subprocess.run([sys.executable, *command], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    assert line in done.stderr and 'Traceback' not in done.stderr
