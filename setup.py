@@ -66,6 +66,7 @@ setup(
         'console_scripts': [
             'sim_node = tcp_muscle_ros.nodes.entry:sim_node',
             'controller_node = tcp_muscle_ros.nodes.entry:controller_node',
+            'twin_node = tcp_muscle_ros.nodes.entry:twin_node',
             'tcp_muscle = tcp_muscle_ros.tool:main',
         ],
     },

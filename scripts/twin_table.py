@@ -25,7 +25,8 @@ from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters, simulate
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.recording import Channel, Recording
-from tcp_muscle_ros.report.intervals_file import variants, write_intervals
+from tcp_muscle_ros.report.intervals_file import write_intervals
+from tcp_muscle_ros.settings.intervals import variants
 
 RATE = 20.0  # Hz
 NOISE = {'temperature': 0.1, 'resistance': 0.01, 'displacement': 2e-5}  # K, ohm, m: standard deviations

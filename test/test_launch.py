@@ -36,6 +36,7 @@ def test_all_of_them_are_there():
         'hardware.launch.py',
         'record.launch.py',
         'sim.launch.py',
+        'twin.launch.py',
     ]
 
 
@@ -101,7 +102,7 @@ def test_ros2_run_finds_the_programs():
     cfg.read(ROOT / 'setup.cfg')
     assert cfg['install']['install_scripts'] == '$base/lib/tcp_muscle_ros'
     assert cfg['develop']['script_dir'] == '$base/lib/tcp_muscle_ros'
-    assert programs() == {'sim_node', 'controller_node', 'tcp_muscle'}
+    assert programs() == {'sim_node', 'controller_node', 'twin_node', 'tcp_muscle'}
 
 
 @pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)

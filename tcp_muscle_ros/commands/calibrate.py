@@ -42,8 +42,8 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.commands.bag_arguments import read_bags
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.files.outputs import refuse_among, writable_file
-    from tcp_muscle_ros.report.intervals_file import path_beside
     from tcp_muscle_ros.report.tables import calibration_table
+    from tcp_muscle_ros.settings.intervals import path_beside
     from tcp_muscle_ros.settings.parameter_file import read
 
     refuse_unknown(args.separate)
@@ -101,8 +101,9 @@ def write_muscle(
 ) -> None:
     """Write a calibrated muscle and its intervals beside it, both or neither; ``by`` and ``params``: made by, from."""
     from tcp_muscle_ros.files.outputs import in_place_of, writable_file
-    from tcp_muscle_ros.report.intervals_file import path_beside, write_intervals
+    from tcp_muscle_ros.report.intervals_file import write_intervals
     from tcp_muscle_ros.report.tables import calibration_note
+    from tcp_muscle_ros.settings.intervals import path_beside
     from tcp_muscle_ros.settings.parameter_file import write
 
     output = writable_file(path, force=force)

@@ -32,10 +32,10 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.diagnosis.observation.observe import conditions
     from tcp_muscle_ros.diagnosis.observation.prepare import prepare
     from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_folder
-    from tcp_muscle_ros.report.intervals_file import variants
     from tcp_muscle_ros.report.overlay import write_overlay
     from tcp_muscle_ros.report.tables import comparison_table, own_note
     from tcp_muscle_ros.settings.ages import as_old_as_then, read_ages
+    from tcp_muscle_ros.settings.intervals import variants
     from tcp_muscle_ros.settings.parameter_file import read
     from tcp_muscle_ros.settings.rig import on_rig, read_rig
 

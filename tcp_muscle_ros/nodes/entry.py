@@ -20,3 +20,11 @@ def controller_node() -> int:
     from tcp_muscle_ros.nodes.controller_node import main
 
     return main()
+
+
+def twin_node() -> int:
+    """The program twin_node."""
+    end_quietly_when_asked()
+    from tcp_muscle_ros.nodes.twin_node import main
+
+    return main()

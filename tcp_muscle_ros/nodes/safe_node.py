@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -20,28 +19,12 @@ from tcp_muscle_ros.control.safety import Report
 from tcp_muscle_ros.nodes.declaring import declare
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import Plan
+from tcp_muscle_ros.nodes.polled import Polled
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
 from tcp_muscle_ros.nodes.ticks import RosTime, SteadyTime, TickLoop, TimeBase
 from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
 
 M = TypeVar('M', bound=SafeMuscle)
-
-
-class _Polled(CallbackGroup):  # type: ignore[misc]
-    """Subscriptions that the executor leaves alone: the ticks look for their messages themselves.
-
-    An executor takes 10 us an entity each time that anything wakes it: with the inputs of 16 muscles, more than all
-    the rest of a tick. To look into an empty queue takes less than 1 us.
-    """
-
-    def can_execute(self, entity: object) -> bool:
-        return False
-
-    def beginning_execution(self, entity: object) -> bool:
-        return False
-
-    def ending_execution(self, entity: object) -> None:
-        pass
 
 
 class SafeNode(Node, Generic[M]):  # type: ignore[misc]
@@ -56,7 +39,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.lock = threading.RLock()
-        self._polled = _Polled()
+        self._polled = Polled()
         self._polls: list[tuple[Callable[..., Any], type, Callable[[Any], None]]] = []
         self.topics = Topics(self)
         self.unmatched: dict[str, str] = {}  # by topic, who there cannot be reached and why; looked at once a second

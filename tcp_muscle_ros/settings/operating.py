@@ -208,6 +208,32 @@ _JOINT_ROWS = (
 )
 JOINT: Mapping[str, Operating] = {row.name: row for row in _JOINT_ROWS}
 
+TWIN_NODE = 'twin_node'
+_TWIN_ROWS = (
+    Operating('rate_hz', 100.0, 'Hz', 'at least that of the muscle', (TWIN_NODE,), 1.0, 2000.0, read_only=True),
+    Operating(
+        'params_file', '', '', 'the muscle as it is believed to be; empty: the paper', (TWIN_NODE,), read_only=True
+    ),
+    Operating('rig_file', '', '', "rig.yaml: what the rig's instruments do", (TWIN_NODE,), read_only=True),
+    Operating('auto_diagnose', False, '', 'whether an alarm starts a diagnosis, at low priority', (TWIN_NODE,)),
+    Operating('auto_adopt', False, '', 'whether a model that predicts better replaces the present one', (TWIN_NODE,)),
+    Operating(
+        'adopting_controller', '', '', 'the node that is given adopted parameters too; empty: none', (TWIN_NODE,)
+    ),
+    Operating('report_folder', 'twin_reports', '', 'where alarms leave bags and reports', (TWIN_NODE,), read_only=True),
+    Operating('keep_s', 600.0, 's', 'how much is kept in memory', (TWIN_NODE,), 10.0, 3600.0, read_only=True),
+    Operating(
+        'collect_s',
+        120.0,
+        's',
+        'how much of what differs is recorded before it is diagnosed',
+        (TWIN_NODE,),
+        1.0,
+        3600.0,
+    ),
+)
+TWIN: Mapping[str, Operating] = {row.name: row for row in _TWIN_ROWS}
+
 
 def read_value(row: Operating, value: object) -> Default:
     """A value from a file, the command line or a request as the parameter's own type; a whole number may be a float.

@@ -1,0 +1,48 @@
+"""A simulated muscle that conceals an effect, its controller, and a twin that knows nothing of it.
+
+ros2 launch tcp_muscle_ros twin.launch.py
+ros2 topic pub -r 10 /displacement_setpoint std_msgs/msg/Float64 '{data: 0.01}'
+ros2 topic echo /diagnostics
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+ARGUMENTS = [
+    ('namespace', '', 'namespace of the muscle, its controller and its twin'),
+    ('params_file', '', 'parameter file of the simulated muscle; empty: the paper with the concealed effect'),
+    ('concealed', 'natural_convection', 'the effect that the simulated muscle has and the twin does not know'),
+    ('model_file', '', 'parameter file of the muscle as the twin believes it to be; empty: the paper'),
+    ('rig_file', '', 'rig.yaml: what the instruments do'),
+    ('auto_diagnose', 'false', 'whether an alarm starts a diagnosis'),
+    ('auto_adopt', 'false', 'whether a model that predicts better is adopted'),
+]
+
+
+def nodes(context):
+    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    muscle = [value['params_file'] or {'effects': [value['concealed']]}]
+    model = [value['model_file']] if value['model_file'] else []
+    twin = {
+        'params_file': value['model_file'],
+        'rig_file': value['rig_file'],
+        'auto_diagnose': value['auto_diagnose'] == 'true',
+        'auto_adopt': value['auto_adopt'] == 'true',
+    }
+    return [
+        Node(
+            package='tcp_muscle_ros',
+            executable=executable,
+            namespace=value['namespace'],
+            parameters=parameters,
+            output='screen',
+        )
+        for executable, parameters in (('sim_node', muscle), ('controller_node', model), ('twin_node', [twin]))
+    ]
+
+
+def generate_launch_description():
+    declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in ARGUMENTS]
+    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])

@@ -1,0 +1,113 @@
+"""What a twin does about an alarm: the bag, the diagnosis in another process, and what came of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from pathlib import Path
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.recording.bag_writer import write_recording
+from tcp_muscle_ros.recording.recording import Channel, Recording
+from tcp_muscle_ros.settings.parameter_file import read, write
+
+_LOWEST_PRIORITY = 19
+
+
+def save(path: Path, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
+    """Columns of the memory from ``since`` (s) on, as a bag. Raises BadInput where it cannot be written."""
+    start = max(since, min(float(time[0]) for time, _ in columns.values()))
+    channels = {}
+    for name, (time, value) in columns.items():
+        wanted = time >= start
+        if wanted.any():
+            channels[name] = Channel(name, time[wanted] - start, value[wanted], name)
+    write_recording(path, Recording(str(path), channels, round(start * 1e9), {'load_n': load}))
+
+
+class Alarm:
+    """One alarm. The bag is written at once; ``diagnose`` starts the diagnosis, ``poll`` says what became of it.
+
+    ``say`` is told in words; it may be called from another thread.
+    """
+
+    def __init__(self, folder: Path, model: Parameters, operating: Mapping[str, object], say: Callable[[str], None]):
+        self.folder = folder / datetime.now().strftime('alarm_%Y%m%d_%H%M%S_%f')
+        self._model, self._operating, self._say = model, operating, say
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def write(self, name: str, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
+        """Write a bag of this name, beside the ticks."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        threading.Thread(target=self._write, args=(name, columns, since, load), daemon=True).start()
+
+    def _write(self, name: str, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
+        try:
+            save(self.folder / name, columns, since, load)
+            self._say(f'the last minutes are in {self.folder / name}')
+        except (BadInput, OSError) as error:
+            self._say(f'the last minutes are not kept: {error}')
+
+    def diagnose(self, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
+        """Start to diagnose what came after ``since``, in a process of the lowest priority."""
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            bag, params = self.folder / 'differs', self.folder / 'model.yaml'
+            save(bag, columns, since, load)
+            write(params, self._model, operating=self._operating)  # type: ignore[arg-type]
+        except (BadInput, OSError) as error:
+            self._say(f'no diagnosis: {error}')
+            return
+        command = [sys.executable, '-m', 'tcp_muscle_ros.tool', 'diagnose', str(bag), '--params', str(params)]
+        with (self.folder / 'diagnosis.txt').open('wb') as said:
+            self._process = subprocess.Popen(
+                [*command, '--output', str(self.report)], stdout=said, stderr=said, start_new_session=True
+            )
+        os.setpriority(os.PRIO_PROCESS, self._process.pid, _LOWEST_PRIORITY)
+        self._say(f'a diagnosis of {bag} has begun')
+
+    @property
+    def report(self) -> Path:
+        """The folder of the report."""
+        return self.folder / 'report'
+
+    @property
+    def busy(self) -> bool:
+        """Whether a diagnosis runs."""
+        return self._process is not None
+
+    def poll(self) -> str | None:
+        """The headline of a diagnosis that has ended since last asked; None where none has."""
+        if self._process is None or self._process.poll() is None:
+            return None
+        code, self._process = self._process.returncode, None
+        if code:
+            said = (self.folder / 'diagnosis.txt').read_text(errors='replace').strip().splitlines()
+            return f'the diagnosis failed: {said[-1] if said else f"exit code {code}"}'
+        try:
+            return str(json.loads((self.report / 'report.json').read_text())['headline'])
+        except (OSError, ValueError, KeyError) as error:
+            return f'the diagnosis left no report: {error}'
+
+    def improved(self) -> Parameters | None:
+        """The muscle as the diagnosis found it; None where it found none."""
+        path = self.report / 'improved.yaml'
+        try:
+            return read(path).parameters if path.is_file() else None
+        except BadInput as error:
+            self._say(f'no model to adopt: {error}')
+            return None
+
+    def end(self) -> None:
+        """End a diagnosis that still runs."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.wait()
+            self._process = None

@@ -1,0 +1,306 @@
+"""A twin of the muscle: the model under the currents that really flow, and whether the muscle still does what it says.
+
+It commands nothing and needs nobody's leave: started and stopped beside a working muscle, it changes nothing there.
+"""
+
+from __future__ import annotations
+
+if __name__ == '__main__':  # python -m: before the rest is loaded, see process/quiet_end.py
+    from tcp_muscle_ros.process.quiet_end import end_quietly_when_asked
+
+    end_quietly_when_asked()
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.publisher import Publisher
+from std_msgs.msg import Float64, String
+from std_srvs.srv import Trigger
+
+from tcp_muscle_ros.control.estimate import Estimate
+from tcp_muscle_ros.control.memory import Memory
+from tcp_muscle_ros.control.predictor import CHANNELS, Predictor
+from tcp_muscle_ros.control.safety import celsius
+from tcp_muscle_ros.control.twin import LONGEST_STEP, State, Tick, Twin
+from tcp_muscle_ros.muscle import TABLE, ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.nodes.lifetime import run
+from tcp_muscle_ros.nodes.parameters import Settings, descriptor, of_rclpy, read_rows
+from tcp_muscle_ros.nodes.serialized import NumberPublisher
+from tcp_muscle_ros.nodes.ticks import SteadyTime, TickLoop
+from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
+from tcp_muscle_ros.nodes.twin_alarm import Alarm
+from tcp_muscle_ros.nodes.twin_hearing import HEARD, Heard, Hearing
+from tcp_muscle_ros.settings import intervals
+from tcp_muscle_ros.settings.operating import OPERATING, TWIN, TWIN_NODE
+from tcp_muscle_ros.settings.parameter_file import ParameterFile, read
+from tcp_muscle_ros.settings.rig import read_rig
+
+PREDICTED = CHANNELS[:3]
+_SETTLES = 1.0  # s, in which the state is estimated before the model starts from it
+_VARIANTS = 8  # muscles drawn from the intervals: as many as a band needs, few enough for every tick
+_USUAL = 'karami_tadesse_2017'
+_MOST_AT_ONCE = 50  # ticks that are made up for: more means that the machine stood still
+
+
+class TwinNode(Node):  # type: ignore[misc]
+    """Hears the muscle's topics in ticks of its own, and publishes prediction, band and residual of each."""
+
+    def __init__(self) -> None:
+        super().__init__(TWIN_NODE)
+        given = {n: p.value for n, p in self._parameter_overrides.items() if n in TWIN or not _elsewhere(n)}
+        self._settings: Settings = read_rows(given, TWIN, TWIN_NODE)
+        for name, value in self._settings.items():
+            self.declare_parameter(name, value, descriptor(TWIN[name]), ignore_override=True)
+        self.add_post_set_parameters_callback(self._was_set)
+        self._lock = threading.Lock()  # between the ticks and the executor's callbacks
+        self._rate = float(self._settings['rate_hz'])
+        self._file = read(self._settings['params_file'] or _USUAL)
+        self._sensors = read_rig(self._settings['rig_file']).sensor_effects() if self._settings['rig_file'] else {}
+        self._load, self._ambient = (
+            self._file.number('load_n'),
+            self._file.number('ambient_temperature_c') + ZERO_CELSIUS,
+        )
+        model = self._seen_by_the_rig(self._file.parameters)
+        self._twin = Twin(self._predictor(model, self._variants()), 1.0 / self._rate)
+        self._estimate = Estimate(model, 1.0 / self._rate, self._load)
+        self._memory = Memory(HEARD, round(self._settings['keep_s'] * self._rate))
+        self._current: float | None = None
+        self._then = self._heard_since = 0.0
+        self._follows_since: float | None = None  # none: the state is still being estimated
+        self._alarms = 0
+        self._alarm: Alarm | None = None
+        self._diagnose_at: float | None = None
+        self._collected_since = 0.0
+        self.loop: TickLoop | None = None
+        self._publish_on(Topics(self))
+        self.create_service(Trigger, '~/reset', self._reset)
+        self.create_timer(1.0, self._look_after)
+
+    def _publish_on(self, topics: Topics) -> None:
+        self._hearing = Hearing(self, topics, 1.0 / self._rate)
+        self._outputs: list[tuple[NumberPublisher, ...]] = [
+            tuple(
+                NumberPublisher(topics.publisher(Float64, f'~/{topic}', STATE_QOS))
+                for topic in (f'predicted_{n}', f'predicted_{n}_low', f'predicted_{n}_high', f'residual_{n}')
+            )
+            for n in PREDICTED
+        ]
+        self._finding = topics.publisher(String, '~/finding', STATE_QOS)
+        self._diagnostics = topics.publisher(DiagnosticArray, '/diagnostics', STATE_QOS)
+
+    # Models
+
+    def _seen_by_the_rig(self, model: Parameters) -> Parameters:
+        """The muscle as this rig's instruments show it."""
+        effects = dict.fromkeys((*model.effects, *(name.partition('.')[0] for name in self._sensors)))
+        return model.with_effects(*effects).replace(self._sensors)
+
+    def _variants(self) -> list[Parameters]:
+        path = self._settings['params_file']
+        drawn = intervals.variants(path, self._file.parameters) if path and Path(path).is_file() else None
+        return [self._seen_by_the_rig(one) for one in (drawn or {}).values()][:_VARIANTS]
+
+    def _predictor(self, model: Parameters, variants: Sequence[Parameters] = ()) -> Predictor:
+        file: ParameterFile = self._file
+        return Predictor(
+            model,
+            variants,
+            load=file.number('load_n'),
+            ambient=self._ambient,
+            end=file.text('end'),
+            held_length=file.number('held_length_m'),
+            spring_rate=file.number('spring_rate_n_per_m'),
+            spring_rest_length=file.number('spring_rest_length_m'),
+        )
+
+    # Life (see lifetime.py)
+
+    def start(self, on_failure: Callable[[], None]) -> None:
+        """Begin to tick."""
+        self.loop = TickLoop(
+            SteadyTime(self.get_clock()), self._rate, self._tick, longest_step=1.0, on_failure=on_failure
+        )
+        self.loop.start()
+
+    def stop(self) -> Sequence[Publisher]:
+        """Stop ticking, and end a diagnosis that still runs."""
+        if self.loop is not None:
+            self.loop.stop()
+        if self._alarm is not None:
+            self._alarm.end()
+        return []
+
+    @property
+    def failure(self) -> BaseException | None:
+        """What ended the ticks, if anything did."""
+        return None if self.loop is None else self.loop.failure
+
+    def _was_set(self, parameters: Sequence[RosParameter]) -> None:
+        mine = {parameter.name: parameter.value for parameter in parameters if parameter.name in TWIN}
+        self._settings = self._settings.changed(mine)
+
+    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            self._twin.forget()
+            self._follows_since = self._current = None
+        response.success, response.message = True, 'reset: the model starts from what is measured'
+        return response
+
+    # One tick
+
+    def _tick(self, stamp: int, dt: float, publish: bool) -> None:
+        with self._lock:
+            for k, heard in enumerate(self._hearing.ticks()):
+                if k < _MOST_AT_ONCE:
+                    self._take(heard)
+            self._notice()
+
+    def _take(self, heard: Heard) -> None:
+        values = heard.values
+        dt, self._then = heard.time - self._then, heard.time
+        self._load = values.get('load', self._load)
+        self._ambient = values.get('ambient', self._ambient)
+        self._memory.add(heard.time, [values.get(name, np.nan) for name in HEARD])
+        flowed, self._current = self._current, values.get('current', self._current)
+        measured = {name: values[name] for name in CHANNELS if name in values}
+        if flowed is None or not 0.0 < dt <= LONGEST_STEP:
+            self._lose(heard.time)
+            return
+        self._estimate.update(flowed, self._load, self._ambient, **{n: v for n, v in measured.items() if n != 'force'})
+        if self._follows_since is None:
+            temperature = self._estimate.temperature
+            if temperature is None or heard.time - self._heard_since < _SETTLES:
+                return
+            self._twin.start(temperature)
+            self._follows_since = heard.time
+        self._show(self._twin.tick(heard.time, dt, flowed, self._load, self._ambient, measured))
+
+    def _lose(self, now: float) -> None:
+        """What flowed nobody knows: the state is to be estimated anew."""
+        self._estimate.begin_anew()
+        self._heard_since, self._follows_since = now, None
+
+    def _show(self, tick: Tick) -> None:
+        for k, (value, low, high, residual) in enumerate(self._outputs):
+            zero = ZERO_CELSIUS if PREDICTED[k] == 'temperature' else 0.0
+            value.send(float(tick.value[k]) - zero)
+            low.send(float(tick.low[k]) - zero)
+            high.send(float(tick.high[k]) - zero)
+            if np.isfinite(tick.residual[k]):
+                residual.send(float(tick.residual[k]))
+
+    def _notice(self) -> None:
+        """What is to be done about a change of state."""
+        twin = self._twin
+        while twin.events:
+            self._tell(twin.events.pop(0))
+            self._give_to_controller(twin.predictor.model)
+        state = twin.state
+        if state is State.DIFFERS and self._alarm is None:
+            self._alarms += 1
+            assert twin.difference is not None
+            self._alarm = Alarm(
+                Path(self._settings['report_folder']), self._file.parameters, self._file.operating, self._tell
+            )
+            self._alarm.write('last_minutes', self._memory.columns(), 0.0, self._file.number('load_n'))
+            self._collected_since = twin.difference.since
+            self._diagnose_at = self._then + self._settings['collect_s'] if self._settings['auto_diagnose'] else None
+        elif state is not State.DIFFERS and self._alarm is not None and not self._alarm.busy and not twin.on_trial:
+            self._alarm = self._diagnose_at = None
+
+    # Once a second
+
+    def _look_after(self) -> None:
+        alarm = self._alarm
+        if alarm is not None:
+            if self._diagnose_at is not None and self._then >= self._diagnose_at:
+                self._diagnose_at = None
+                with self._lock:
+                    columns = self._memory.columns()
+                alarm.diagnose(columns, self._collected_since, self._file.number('load_n'))
+            headline = alarm.poll()
+            if headline is not None:
+                self._tell(headline)
+                self._finding.publish(String(data=headline))
+                self._propose(alarm)
+        self._publish_diagnostics()
+
+    def _propose(self, alarm: Alarm) -> None:
+        model = alarm.improved() if self._settings['auto_adopt'] else None
+        if model is not None:
+            self._tell('the diagnosed model runs beside the present one, and replaces it where it predicts better')
+            predictor = self._predictor(self._seen_by_the_rig(model))
+            with self._lock:
+                self._twin.propose(predictor, self._then)
+
+    def _give_to_controller(self, model: Parameters) -> None:
+        """The muscle's own parameters to a controller; its limits are its own, and nothing here changes them."""
+        name = self._settings['adopting_controller']
+        if not name:
+            return
+        client = AsyncParameterClient(self, name)
+        if client.services_are_ready():
+            values = [
+                RosParameter(row.name, value=float(row.to_edge(model.given.get(row.name, row.value)))) for row in TABLE
+            ]
+            client.set_parameters(values)
+        else:
+            self._tell(f'{name} does not answer: it keeps its model')
+
+    def _tell(self, sentence: str) -> None:
+        self.get_logger().info(sentence)
+
+    def _publish_diagnostics(self) -> None:
+        twin, difference = self._twin, self._twin.difference
+        silent = self._follows_since is None or time.time() - self._then > LONGEST_STEP
+        message = 'waits for a muscle' if silent else twin.state.value
+        if difference is not None and not silent:
+            message += (
+                f': {difference.stage}, by its {difference.channel}, since {self._then - difference.since:.0f} s, '
+                f'{100.0 * difference.sure:.0f} % of all that differs'
+            )
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.OK if twin.state is State.FOLLOWS and not silent else DiagnosticStatus.WARN,
+            name=self.get_fully_qualified_name(),
+            message=message,
+            values=[
+                KeyValue(key=key, value=value)
+                for key, value in {
+                    'state': 'waits' if silent else twin.state.value,
+                    'stage': difference.stage if difference else 'none',
+                    'channel': difference.channel if difference else 'none',
+                    'since_s': f'{difference.since:.3f}' if difference else 'none',
+                    'sure': f'{difference.sure:.3f}' if difference else 'none',
+                    'alarms': str(self._alarms),
+                    'hottest_c': celsius(twin.hottest),
+                    'effects': ', '.join(twin.predictor.model.effects) or 'none',
+                    'on_trial': str(twin.on_trial).lower(),
+                }.items()
+            ],
+        )
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
+
+
+def _elsewhere(name: str) -> bool:
+    """Whether a parameter is the muscle's or another node's: one file serves all."""
+    return (
+        of_rclpy(name) or name in OPERATING or name == 'effects' or name in {row.name for row in TABLE} or '.' in name
+    )
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run(TwinNode, TWIN_NODE, args)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())
