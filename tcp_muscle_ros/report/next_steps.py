@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
-from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL
+from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, RIG
 from tcp_muscle_ros.report.words import chance, plain
 
 _NEXT = 'next_recording'
@@ -96,8 +96,8 @@ def _compare(asked: Asked | None) -> Step:
     if asked is None:
         return Step(what)
     figure = ('--figure', f'{Path(asked.bags[0]).name}_improved.png')
-    command = ('tcp_muscle', 'replay', asked.reading[0], '--params', asked.made(IMPROVED), *figure, *asked.options)
-    return Step(what, (_command(*command),))
+    made = ('--params', asked.made(IMPROVED), '--rig', asked.made(RIG))
+    return Step(what, (_command('tcp_muscle', 'replay', asked.reading[0], *made, *figure, *asked.options),))
 
 
 def _simulate(asked: Asked | None) -> Step:

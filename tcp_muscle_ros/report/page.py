@@ -17,7 +17,7 @@ from tcp_muscle_ros.report.curve import curve_picture
 from tcp_muscle_ros.report.diagnosis_figures import Figure, compared
 from tcp_muscle_ros.report.next_steps import Asked, steps
 from tcp_muscle_ros.report.ranking import ranking_words
-from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL
+from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, RIG
 from tcp_muscle_ros.report.rig_checks import check_on_rig
 from tcp_muscle_ros.report.viewer import embedded, viewer_data
 from tcp_muscle_ros.report.words import (
@@ -103,6 +103,7 @@ def _told(d: Diagnosis) -> dict[str, Any]:
             f'{name} {error_text(name, value)}' for name, value in d.repeatability.items() if value is not None
         ),
         'improved': IMPROVED,
+        'rig': RIG,
         'seconds': f'{sum(d.seconds.values()):.0f}' if d.seconds else '',
     }
 
@@ -206,7 +207,7 @@ def _values(d: Diagnosis) -> list[tuple[str, str, list[str], list[list[str]]]]:
         ('Parameters of the muscle', 'Fitted to the recordings.', d.calibration),
         (
             'Sensors and set-up',
-            f'Differences of the rig; but for a room that all recordings share, they stay out of {IMPROVED}.',
+            f'Differences of the rig; {RIG} has what the instruments do, {IMPROVED} a room that all recordings share.',
             d.sensors,
         ),
     )

@@ -2,11 +2,14 @@
 
 import json
 import re
+from contextlib import redirect_stdout
+from io import StringIO
 
 import numpy as np
 import pytest
 from commands import faulty_bags as bags
 
+from tcp_muscle_ros.report.words import error_text
 from tcp_muscle_ros.settings.parameter_file import read
 from tcp_muscle_ros.tool import main
 
@@ -19,7 +22,10 @@ def diagnosed(tmp_path_factory):
     paths = [
         str(bags.write_bag(folder / f'bag_{k}', *bags.sound(load, on=(3,)))) for k, load in enumerate((0.3, 0.6, 1.0))
     ]
-    assert main(['diagnose', *paths, '--output', str(folder / 'report')]) == 0
+    said = StringIO()
+    with redirect_stdout(said):
+        assert main(['diagnose', *paths, '--output', str(folder / 'report')]) == 0
+    (folder / 'said.txt').write_text(said.getvalue())
     return paths, folder / 'report' / 'improved.yaml', json.loads((folder / 'report' / 'report.json').read_text())
 
 
@@ -36,12 +42,24 @@ def replayed(path, params, capsys):
 
 
 @pytest.mark.slow
-def test_a_replay_of_the_improved_muscle_gives_the_numbers_of_the_report(diagnosed, capsys):
-    paths, params, report = diagnosed
+@pytest.mark.parametrize('model', ['improved', 'nominal'])
+def test_a_replay_gives_the_numbers_of_the_report(diagnosed, capsys, model):
+    paths, improved, report = diagnosed
+    params = improved if model == 'improved' else 'karami_tadesse_2017'
     tables = [replayed(path, params, capsys) for path in paths]
     for name, fit in report['fit'].items():
         rmse, count = np.array([table[name] for table in tables]).T
-        assert np.sqrt(np.average(rmse**2, weights=count)) == pytest.approx(fit['rmse_improved'], rel=2e-3)
+        assert np.sqrt(np.average(rmse**2, weights=count)) == pytest.approx(fit[f'rmse_{model}'], rel=2e-3)
+
+
+@pytest.mark.slow
+def test_the_terminal_shows_the_numbers_of_the_report(diagnosed):
+    _, improved, report = diagnosed
+    told = (improved.parents[1] / 'said.txt').read_text()
+    for name, fit in report['fit'].items():
+        errors = (fit['rmse_nominal'], fit['rmse_calibrated'], fit['rmse_improved'], fit['noise'])
+        lines = [line for line in told.splitlines() if line.startswith(f'{name} ')]
+        assert any(all(error_text(name, error) in line for error in errors) for line in lines), name
 
 
 @pytest.mark.slow

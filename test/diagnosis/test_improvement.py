@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
+from tcp_muscle_ros.diagnosis.answer.conclusions import most_missed
 from tcp_muscle_ros.diagnosis.answer.findings import Finding, Value
 from tcp_muscle_ros.diagnosis.answer.improvement import certainty, of_samples, own_improvement
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.fitting.weighing import structures
 from tcp_muscle_ros.diagnosis.observation.blocks import averaged
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, held_out, stretches
@@ -87,3 +89,16 @@ def test_nothing_is_sure_whose_interval_contains_no_effect(effect, values, least
     assert found.may_be_nothing is nothing
     assert found.singled_out is not nothing
     assert not replace(found, indistinguishable_from=('slack',)).singled_out
+
+
+def test_a_misfit_is_said_to_be_seen_where_it_is_the_most_noises(selection):
+    """Not in a channel that follows from it, and shows it a little but more regularly."""
+    seen = replace(
+        selection,
+        structure_before=structures(selection.calibrated),
+        structure_after=structures(selection.final),
+    )
+    noises = {name: s.noise.sigma for name, s in seen.structure_after.items()}
+    (left,) = selection.calibrated.left
+    missed = {name: float(np.sqrt(np.mean(left[name] ** 2))) / noises[name] for name in noises}
+    assert most_missed(seen) == max(missed, key=missed.get) == 'displacement'

@@ -32,10 +32,10 @@ class Page:
         os.write(self._to, json.dumps(message).encode() + b'\0')
         return self._until(lambda m: m.get('id') == number)['result']
 
-    def show(self, path, width=1200, dark=False):
+    def show(self, path, width=1200, dark=False, height=900):
         scheme = {'name': 'prefers-color-scheme', 'value': 'dark' if dark else 'light'}
         self.call('Emulation.setEmulatedMedia', features=[scheme])
-        self.call('Emulation.setDeviceMetricsOverride', width=width, height=900, deviceScaleFactor=1, mobile=False)
+        self.call('Emulation.setDeviceMetricsOverride', width=width, height=height, deviceScaleFactor=1, mobile=False)
         self._loaded = False
         self.call('Page.navigate', url=path.as_uri())
         if not self._loaded:

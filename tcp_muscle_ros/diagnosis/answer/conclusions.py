@@ -116,7 +116,7 @@ def _most_improved(selection: Selection) -> str | None:
     return min(had, key=lambda name: has[name] / had[name])
 
 
-def _most_missed(selection: Selection) -> str | None:
+def most_missed(selection: Selection) -> str | None:
     """The channel that the calibrated model misses by the most noises, of those where that has structure; None where
     nothing has."""
     missed, noise = selection.calibrated.mean_square, selection.structure_after
@@ -230,7 +230,7 @@ def conclude(
     """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why."""
     remains = unexplained(selection)
     before = selection.structure_before
-    channel, worst = _most_missed(selection) or _most_improved(selection), worst_channel(before)
+    channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
     location = None
     if channel is not None:
         stage = EFFECTS[selection.chosen[0].effect].stage if selection.chosen else STAGE_OF[worst or channel]

@@ -1,0 +1,24 @@
+"""The worked example of docs/reading_a_report.md is what the tool does."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.slow
+def test_the_worked_example_finds_what_was_hidden_and_the_document_shows_it(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / 'scripts'))
+    text, report = __import__('example_report').make(tmp_path)
+    del sys.modules['example_report']
+    assert report['verdict'] == 'missing_physics'
+    (found,) = report['findings']
+    assert found['effect'] == 'creep' and set(found['improvement']) == {'displacement'}
+    share = found['parameters']['J']
+    assert share['low'] < 0.25 < share['high']
+    document = (ROOT / 'docs' / 'reading_a_report.md').read_text()
+    shown = re.search(r'<!-- table: terminal -->\n```\n(.*?)\n```', document, re.DOTALL)[1]
+    assert [line.split()[0] for line in shown.splitlines()[3:]] == [line.split()[0] for line in text.splitlines()[3:]]
