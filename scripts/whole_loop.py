@@ -30,7 +30,6 @@ from tcp_muscle_ros.diagnosis.answer.replaying import replay
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.holding import Conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
-from tcp_muscle_ros.diagnosis.search.candidates import NEVER_TESTABLE
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.report.style import AFTER, BEFORE, CHANNEL_AXIS, DRIVE, RECORDED, canvas, save, shown
@@ -85,7 +84,7 @@ def specimen(seed: int) -> Parameters:
     moved = {name: NOMINAL[name] * float(np.exp(rng.uniform(-SPREAD, SPREAD))) for name in MOVED}
     # A hanging weight's ringing is beyond this rate; a resistance in series is beyond any recording of one muscle.
     physics = [n for n in LISTED if EFFECTS[n].stage != 'sensor']
-    effects = [n for n in physics if n not in (*NEVER_TESTABLE, 'inertia')]
+    effects = [n for n in physics if not (EFFECTS[n].hidden or EFFECTS[n].swings)]
     effect = EFFECTS[str(rng.choice(effects))]
     strongest = f'{effect.name}.{effect.strength}'
     row = SPECIFICATIONS[strongest]

@@ -16,6 +16,7 @@ import yaml
 from packaging.requirements import Requirement
 
 import tcp_muscle_ros
+from tcp_muscle_ros.muscle import EFFECTS
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / 'tcp_muscle_ros'
@@ -198,6 +199,24 @@ def test_the_rooms_of_the_diagnosis_know_only_those_before_them():
                 wrong.append(f'{name} imports {target}')
     assert not wrong
     assert seen == set(DIAGNOSIS)
+
+
+def test_the_diagnosis_knows_no_effect_by_its_name():
+    # What it needs of one, the effect says in its own file (see Effect).
+    named = [
+        f'{name}:{node.lineno}: {node.value}'
+        for name, tree in modules()
+        if room(name) == 'diagnosis'
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.partition('.')[0] in EFFECTS
+    ]
+    imported_by_name = [
+        f'{name} imports {target}'
+        for name, target in all_imports()
+        if room(name) == 'diagnosis' and target.split('.')[1:3] == ['muscle', 'effects']
+        if target.split('.')[3] in EFFECTS
+    ]
+    assert not named + imported_by_name
 
 
 def test_no_modules_import_each_other_in_a_circle():

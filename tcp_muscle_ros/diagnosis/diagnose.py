@@ -16,13 +16,11 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.search.candidates import NEVER_TESTABLE
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.selection import Selection
-from tcp_muscle_ros.muscle import LISTED, Parameters
+from tcp_muscle_ros.muscle import EFFECTS, LISTED, Parameters
 
 _LEAST_SAMPLES = 30
-_INERTIA_RATE = 8.0  # Hz: a hanging weight rings at 2 to 5 Hz, and must be seen twice a period
 
 
 class Interrupted(Exception):
@@ -144,11 +142,17 @@ def insufficient(experiments: Sequence[Experiment]) -> str | None:
 
 def skipped(experiments: Sequence[Experiment]) -> dict[str, str]:
     """The effects that are not tried, and why: one muscle never shows them, or these recordings cannot."""
-    found = dict(NEVER_TESTABLE)
-    if max(_rate(e) for e in experiments) < _INERTIA_RATE:
-        found['inertia'] = 'these recordings are sampled too slowly to show it'
-    elif not any(e.holding.end == 'load' and np.ptp(e.imposed.load) > 0.0 for e in experiments):
-        found['inertia'] = 'a weight swings after a step of the load, and there is none in these recordings'
+    fastest = max(_rate(e) for e in experiments)
+    steps = any(e.holding.end == 'load' and np.ptp(e.imposed.load) > 0.0 for e in experiments)
+    found = {}
+    for name in LISTED:
+        effect = EFFECTS[name]
+        if effect.hidden:
+            found[name] = effect.hidden
+        elif fastest < effect.least_rate:
+            found[name] = 'these recordings are sampled too slowly to show it'
+        elif effect.swings and not steps:
+            found[name] = 'a weight swings after a step of the load, and there is none in these recordings'
     return found
 
 

@@ -24,6 +24,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
 from tcp_muscle_ros.diagnosis.fitting.forms import FORM
 from tcp_muscle_ros.diagnosis.fitting.generic import drivers
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
 from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
@@ -72,7 +73,7 @@ def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = No
 
 def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
     found = {}
-    leakage = slips.mean_leakage(fitted) if effect == slips.EFFECT else None
+    leakage = slips.mean_leakage(fitted) if effect == SLIPS else None
     if leakage is not None:
         rate, beside = leakage[0], 1.645 * leakage[1]
         row = SPECIFICATIONS[slips.RATE]

@@ -8,6 +8,7 @@ from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import aged
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 from tcp_muscle_ros.muscle.effects.clock_skew import CHANNELS as DELAYED
@@ -30,7 +31,7 @@ def improved_muscle(selection: Selection) -> Parameters:
     leakage = slips.mean_leakage(final) if selection.leapt is None else None
     if leakage is None:
         return muscle.only_effects(physics)
-    return muscle.only_effects([*physics, slips.EFFECT]).replace({slips.RATE: leakage[0], slips.FROM: 0.0})
+    return muscle.only_effects([*physics, SLIPS]).replace({slips.RATE: leakage[0], slips.FROM: 0.0})
 
 
 def now(fitted: Fit) -> Parameters:

@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Value, 
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, SLIPS
 from tcp_muscle_ros.diagnosis.search.holdout import changed_by, held_out
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Selection
@@ -77,7 +78,7 @@ def own_improvement(selection: Selection, effect: str) -> dict[str, Change]:
     Without it all else is fitted anew, as it would be if nobody had thought of it.
     """
     final = selection.final
-    sudden = effect == slips.EFFECT and effect not in final.problem.parameters.effects
+    sudden = effect == SLIPS and effect not in final.problem.parameters.effects
     without = slips.taken_out(final) if sudden else _without(selection, effect)
     changed = {slip.channel for e in final.problem.experiments for slip in e.slips} if sudden else None
     before = of_samples(final, held_out(without, selection.kept_back).rmse())
@@ -89,7 +90,7 @@ def own_improvement(selection: Selection, effect: str) -> dict[str, Change]:
 def _without(selection: Selection, effect: str) -> Fit:
     if len(selection.chosen) == 1 and selection.leapt is None:
         return selection.calibrated
-    fitted = draught.without_course(selection.final) if effect == draught.EFFECT else selection.final
+    fitted = draught.without_course(selection.final) if effect == COURSE else selection.final
     return shrink(fitted, effect)
 
 

@@ -18,7 +18,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.muscle import SPECIFICATIONS, Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.muscle.effects.fatigue import SWING
+from tcp_muscle_ros.muscle.effects.effect import SWING
 
 _FACTORS = (0.125, 0.35, 1.0, 2.8, 8.0)
 

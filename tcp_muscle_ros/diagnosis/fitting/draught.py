@@ -15,11 +15,11 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import knots_of, responses, thermal_lag
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
+from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.experiment import Draught, Experiment
 from tcp_muscle_ros.muscle.arrays import Array
 
-EFFECT = 'airflow'
 _APART, _MOST = 0.125, 400  # thermal time constants between the knots of a course; and how many at most
 _USUAL, _GUST = 0.5, 6.0  # the size of w; s over which it is much the same
 _LEAST = -0.8  # of w: no air is so still that nothing is lost
@@ -56,7 +56,7 @@ def without_course(fitted: Fit) -> Fit:
 
 
 def _is_gust(name: str) -> bool:
-    return name.startswith(f'{EFFECT}.')
+    return name.startswith(f'{COURSE}.')
 
 
 def _blown(fitted: Fit, courses: Sequence[Draught | None]) -> Fit:

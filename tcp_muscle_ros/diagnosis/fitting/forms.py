@@ -12,8 +12,9 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, drivers, hats
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.weighing import SWINGS, refitted
+from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
 from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO, Problem, Shown, without_effect
+from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, SWINGS
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array
@@ -27,7 +28,7 @@ _NOTHING = 0.05  # of the noise
 def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
     """The same fit with what the forms of these effects may miss allowed for, and of no others."""
     had = any(o.discrepancy is not None for e in fitted.problem.experiments for o in e.observed.values())
-    if draught.EFFECT in effects:
+    if COURSE in effects:
         fitted = draught.with_course(refitted(fitted, _with(fitted.problem)) if had else fitted)
     else:
         fitted = draught.without_course(fitted)
@@ -36,7 +37,7 @@ def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
     for effect in effects:
         if effect == SWINGS:  # what is left of it has its own weight (see weighing.calmed)
             continue
-        found = _unsure(plain) if effect == draught.EFFECT else _bent(fitted, plain, effect)
+        found = _unsure(plain) if effect == COURSE else _bent(fitted, plain, effect)
         for mine, more in zip(ways, found, strict=True):
             for name, columns in more.items():
                 mine.setdefault(name, []).append(columns)

@@ -12,18 +12,15 @@ from functools import lru_cache
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.weighing import SWINGS, refitted, settle_noise
+from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
+from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS, STICKS, SWINGS
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment, Slip
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE
-from tcp_muscle_ros.muscle import Parameters, length
+from tcp_muscle_ros.muscle import EFFECTS, Parameters, length
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.inputs import distance
 
-EFFECT = 'torsional_leakage'
-STICKS = 'friction'
-# Slips that are too small to be seen, or fall together with an input's step, show as a drift.
-INSTEAD = (EFFECT, 'displacement_drift')
-RATE, FROM = f'{EFFECT}.r', f'{EFFECT}.Dc'
+RATE, FROM = f'{SLIPS}.{EFFECTS[SLIPS].strength}', f'{SLIPS}.{EFFECTS[SLIPS].threshold}'
 _REACH, _SHORT = 2.5, 1.2  # s either side of a step, over which all else is a line; and between slips that follow soon
 _FEWEST, _MOST = 4, 40  # samples either side
 _CLEAR, _CLEAR_BESIDE = 6.0, 4.5  # times what is usual in that recording; and beside others
@@ -137,7 +134,7 @@ def mean_leakage(fitted: Fit) -> tuple[float, float] | None:
     """The rate (1/s) of the effect whose mean the slips of a fit are, from no contraction on; and its standard
     deviation. None without any, or where the effect's own flow was fitted."""
     slips = [slip.size for e in fitted.problem.experiments for slip in e.slips if slip.channel == 'displacement']
-    if not slips or EFFECT in fitted.problem.parameters.effects:
+    if not slips or SLIPS in fitted.problem.parameters.effects:
         return None
     exposed = 0.0
     for experiment, outputs in zip(fitted.problem.experiments, fitted.outputs, strict=True):

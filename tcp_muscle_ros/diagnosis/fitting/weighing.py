@@ -12,8 +12,6 @@ from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.noise.replicates import done_twice, pure_error
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 
-SWINGS = 'inertia'  # the effect after which a weight swings
-
 
 @lru_cache(maxsize=8)
 def structures(fitted: Fit) -> dict[str, Structure]:

@@ -11,16 +11,15 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.observation.imposed import Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE, Observed
-from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.muscle.effects.clock_skew import CHANNELS, EFFECT
 
 _SAMPLES = 12  # at most, by which a mean is taken
 
 
 @dataclass(frozen=True)
 class Late:
-    """Which channel is late: by ``delay`` (s) and a share ``pace`` of the time since the start (S-05)."""
+    """Which channel is late: by ``delay`` (s) and a share ``pace`` of the time since the start (``Effect.late``)."""
 
     channel: str
     delay: float
@@ -42,11 +41,14 @@ class Late:
 
 def taken_out(muscle: Parameters) -> tuple[Parameters, Late | None]:
     """The muscle without a late channel, and which one it is."""
-    if EFFECT.name not in muscle.effects:
-        return muscle, None
-    delay, pace, channel = (muscle[f'{EFFECT.name}.{name}'] for name in ('d', 'r', 'channel'))
-    prompt = muscle.only_effects(e for e in muscle.effects if e != EFFECT.name)
-    return prompt, Late(CHANNELS[round(channel)], delay, pace)
+    for effect in muscle.effects:
+        late = EFFECTS[effect].late
+        if late is not None:
+            delay, pace, channel = (f'{effect}.{name}' for name in late)
+            which = SPECIFICATIONS[channel].choices[round(muscle[channel])]
+            prompt = muscle.only_effects(e for e in muscle.effects if e != effect)
+            return prompt, Late(which, muscle[delay], muscle[pace])
+    return muscle, None
 
 
 def _samples(observed: Observed) -> Array:

@@ -18,11 +18,6 @@ from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
 from tcp_muscle_ros.muscle.arrays import Array
 
-# Present in no recording of one muscle: an exact null direction of R0, a_R, hA and C (see docs/effects.md).
-NEVER_TESTABLE = {
-    'contact_resistance': 'a constant resistance in series acts on one muscle exactly as other R0, a_R, hA and C do; '
-    'measure with four wires, or two lengths'
-}
 _WORKERS = 2
 _MOST_VARIANTS = 6
 _WEAK, _APART = 0.1, 2.5

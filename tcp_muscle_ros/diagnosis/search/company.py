@@ -5,7 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.weighing import SWINGS, robust_noise, settle_noise, structures
+from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, settle_noise, structures
+from tcp_muscle_ros.diagnosis.hypothesis.roles import SWINGS
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, conditions, confirmation, stretches
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, prefer, rivals_for, shrink, times_usual

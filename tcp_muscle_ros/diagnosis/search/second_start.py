@@ -10,7 +10,8 @@ from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.weighing import SWINGS, with_noise
+from tcp_muscle_ros.diagnosis.fitting.weighing import with_noise
+from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS, SWINGS
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.company import THRESHOLD
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
@@ -37,7 +38,7 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
             return found
         again = select_from(pair.fit, calibrated, effects, progress)
     elif len(found.chosen) == 1:
-        again = select(calibrated, [e for e in effects if e != slips.EFFECT], progress)
+        again = select(calibrated, [e for e in effects if e != SLIPS], progress)
     else:
         return found
     still = unexplained(again.told)

@@ -13,7 +13,8 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.weighing import SWINGS, calmed, settle_noise, structures, with_noise
+from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, structures, with_noise
+from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, LIKE_SLIPS, SLIPS, SWINGS
 from tcp_muscle_ros.diagnosis.search.companions import companions, stand_ins
 from tcp_muscle_ros.diagnosis.search.company import (
     OF_REST_AT_FIRST,
@@ -84,7 +85,7 @@ class Selection:
     @property
     def told(self) -> 'Selection':
         """The same with the course of the draught where one is named: what remains then calls for another effect."""
-        if all(c.effect != draught.EFFECT for c in self.chosen):
+        if all(c.effect != COURSE for c in self.chosen):
             return self
         final, structure = settle_noise(draught.with_course(self.final), 1)
         return replace(self, final=final, structure_after=structure)
@@ -100,7 +101,7 @@ def select(
     once it is found were its misfit: then it is sought without them.
     """
     bare, _ = settle_noise(calibrated)
-    if slips.EFFECT not in effects:
+    if SLIPS not in effects:
         return _selected(bare, None, effects, progress, most)
     slipped = slips.slipped(bare)
     if slipped is not None:
@@ -138,7 +139,7 @@ def _among(
     bare: Fit, slipped: Fit, effects: Sequence[str], progress: Callable[[], None] | None, most: int
 ) -> Selection:
     """Select effects on top of a calibrated fit, among the slips that another one has; and their own."""
-    found = _selected(bare, slipped, [e for e in effects if e not in slips.INSTEAD], progress, most - 1)
+    found = _selected(bare, slipped, [e for e in effects if e not in LIKE_SLIPS], progress, most - 1)
     chosen = (*found.chosen, _slipping(found.calibrated, slipped))
     return replace(found, chosen=tuple(sorted(chosen, key=lambda c: -c.drop)))
 
@@ -178,7 +179,7 @@ class _Search:
     ) -> None:
         self.bare, self.eventful, self.effects, self.progress, self.most = bare, eventful, effects, progress, most
         self.calibrated = self.present = eventful or bare
-        self.slipping = eventful is not None and slips.EFFECT not in effects  # it is what they are
+        self.slipping = eventful is not None and SLIPS not in effects  # it is what they are
         self.structure_before, self.structure = structures(bare), structures(self.present)
         self.first: Picked | None = None
         self.accepted: list[str] = []
@@ -223,7 +224,7 @@ class _Search:
         self.bare = calmed(self.bare, swings)
         self.calibrated = self.bare if self.eventful is None else calmed(self.calibrated, swings)
         self.present = calmed(swings, swings)
-        return slips.slipped(self.present) if self.eventful is None and slips.EFFECT in self.effects else None
+        return slips.slipped(self.present) if self.eventful is None and SLIPS in self.effects else None
 
     def revise(self) -> None:
         """Hold each against its rivals and against unseen data, until nothing changes."""
@@ -305,6 +306,6 @@ def _without(
 def _slipping(bare: Fit, slipped: Fit) -> Chosen:
     """The effect of sudden slips, by what a calibrated fit gains with them."""
     alone = with_noise(bare, dict(slipped.problem.noise))
-    itself = Rival(slips.EFFECT, slipped, penalised(slipped))
+    itself = Rival(SLIPS, slipped, penalised(slipped))
     gain = confirmation(alone, slipped)[0]
-    return Chosen(slips.EFFECT, penalised(alone) - itself.score, gain, largest_share(alone, alone, slipped), (itself,))
+    return Chosen(SLIPS, penalised(alone) - itself.score, gain, largest_share(alone, alone, slipped), (itself,))

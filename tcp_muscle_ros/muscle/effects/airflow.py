@@ -43,6 +43,7 @@ EFFECT = Effect(
     ),
     hooks={'heat': heat},
     strength='g',
+    latent='course',
     circumstance=True,
     moments=('t1', 'd'),
     fastest_rate=lambda c, p: float(max(2.0, (1.0 + c[0]) * p[INDEX['hA']] / p[INDEX['C']])),

@@ -125,5 +125,6 @@ EFFECT = Effect(
     ),
     hooks={'sensor': sensor, 'initial': initial, 'begin': begin, 'commit': commit},
     strength='d',
+    late=('d', 'r', 'channel'),
     states=tuple(f'{what}_{j}' for what in ('time', 'value') for j in range(KEPT)),
 )  # fmt: skip

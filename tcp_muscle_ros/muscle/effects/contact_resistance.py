@@ -26,4 +26,7 @@ EFFECT = Effect(
     parameters=(Parameter('Rc', 0.5, 'ohm', 0.0, 10.0, 'resistance of both contacts', 'estimated: 0.1 to 1 ohm'),),
     hooks={'resistance': resistance},
     strength='Rc',
+    # Present in no recording of one muscle: an exact null direction of R0, a_R, hA and C (see docs/effects.md).
+    hidden='a constant resistance in series acts on one muscle exactly as other R0, a_R, hA and C do; '
+    'measure with four wires, or two lengths',
 )

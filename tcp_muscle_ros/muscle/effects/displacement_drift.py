@@ -33,6 +33,7 @@ EFFECT = Effect(
     ),
     hooks={'sensor': sensor},
     strength='r',
+    like_slips=True,
     circumstance=True,
     whole='tau',
 )

@@ -39,6 +39,7 @@ from typing import Any
 from tcp_muscle_ros.muscle.parameter import Parameter
 from tcp_muscle_ros.muscle.points import POINTS
 
+SWING = 50.0  # K: warmed by so much and cooled again, a muscle has gone through one cycle
 STAGES = ('electrical', 'thermal', 'mechanical', 'sensor')
 
 
@@ -92,6 +93,13 @@ class Effect:
     its instants are chance, so that it has no slope for a fit to follow. ``columns``: which of its parameters are the
     numbers of an array. ``prepare(c)`` fills the ``prepared`` numbers that stand behind its parameters in ``c``.
     ``stage_by``: the parameter whose choice is its stage, where it may be of several. ``free``: it has no name.
+
+    What a diagnosis asks of it: ``hidden``: why recordings of one muscle never show it. ``least_rate``: sampled more
+    slowly (Hz) none shows it. ``latent``: what of it no equation foretells, so that a fit infers it: a ``course`` in
+    time, or ``slips`` at instants of their own, whose mean it is. ``threshold``: the parameter below which it does
+    nothing. ``swings``: it lets a weight swing after a step of the load. ``sticks``: it holds and lets go by itself.
+    ``like_slips``: slips that are too small to be seen, or fall together with an input's step, pass for it. ``late``:
+    its parameters for the delay, the pace and the channel, where it makes one channel late.
     """
 
     name: str
@@ -119,6 +127,14 @@ class Effect:
     prepare: Callable[[Any], None] | None = None
     stage_by: str = ''
     free: Freedom | None = None
+    hidden: str = ''
+    least_rate: float = 0.0
+    latent: str = ''
+    threshold: str = ''
+    swings: bool = False
+    sticks: bool = False
+    like_slips: bool = False
+    late: tuple[str, str, str] | None = None
 
     @property
     def fitted(self) -> tuple[Parameter, ...]:

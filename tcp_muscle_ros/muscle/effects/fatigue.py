@@ -9,11 +9,9 @@ is c = 0.0015 to 0.007.
 from math import log1p
 
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.muscle.effects.effect import Effect
+from tcp_muscle_ros.muscle.effects.effect import SWING, Effect
 from tcp_muscle_ros.muscle.parameter import Parameter
 from tcp_muscle_ros.muscle.quantities import GAIN, TEMPERATURE_RATE
-
-SWING = 50.0  # K
 
 
 def contraction(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:

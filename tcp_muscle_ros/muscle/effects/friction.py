@@ -70,5 +70,6 @@ EFFECT = Effect(
     ),
     hooks={'position': position, 'initial': initial, 'commit': commit},
     strength='Ff',
+    sticks=True,
     states=('end_length', 'friction'),
 )

@@ -66,6 +66,8 @@ EFFECT = Effect(
     ),
     hooks={'position': position, 'rates': rates, 'initial': initial},
     strength='b',
+    swings=True,
+    least_rate=8.0,  # a hanging weight rings at 2 to 5 Hz, and must be seen twice a period
     states=('position', 'velocity'),
     fastest_rate=lambda c, p: 0.7 * sqrt(1.1 * p[INDEX['k0']] * GRAVITY / (max(c[0], _SMALLEST) * _LIGHTEST)),
 )

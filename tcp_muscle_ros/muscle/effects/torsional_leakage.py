@@ -34,5 +34,8 @@ EFFECT = Effect(
     ),
     hooks={'extra': extra, 'rates': rates},
     strength='r',
+    latent='slips',
+    threshold='Dc',
+    like_slips=True,
     states=('leakage',),
 )
