@@ -9,9 +9,9 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import aged
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
+from tcp_muscle_ros.diagnosis.observation.late import taken_out
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
-from tcp_muscle_ros.muscle.effects.clock_skew import CHANNELS as DELAYED
 from tcp_muscle_ros.settings.ages import Age
 from tcp_muscle_ros.settings.rig import BY_EFFECT, Quantity, Rig, RigLimits, from_effects
 
@@ -59,14 +59,17 @@ def rig_of(fitted: Fit) -> Rig:
     """What the instruments do, as far as it is the same in all recordings, and what the rig was seen to do."""
     found: dict[str, Quantity] = {}
     for k, u in enumerate(fitted.problem.unknowns):
-        effect = u.name.partition('.')[0]
-        told = u.name in BY_EFFECT or effect == 'clock_skew'
-        if u.recording is None and '.' in u.name and told:
+        if u.recording is None and '.' in u.name and (u.name in BY_EFFECT or _makes_late(u.name)):
             value = u.from_fit(float(fitted.z[k]))
             low, high = fitted.interval(k)
             found[u.name] = Quantity(value, min(low, value), max(high, value))
-    channel = DELAYED[round(fitted.muscle['clock_skew.channel'])] if any('clock_skew' in name for name in found) else ''
-    return from_effects(found, channel, _limits(fitted.problem))
+    late = taken_out(fitted.muscle)[1] if any(_makes_late(name) for name in found) else None
+    return from_effects(found, late.channel if late else '', _limits(fitted.problem))
+
+
+def _makes_late(parameter: str) -> bool:
+    """Whether a parameter is of the effect that makes one channel late."""
+    return EFFECTS[parameter.partition('.')[0]].late is not None
 
 
 def _limits(problem: Problem) -> RigLimits:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import ks_2samp
 
+from tcp_muscle_ros.diagnosis.hypothesis.roles import CHANCE
 from tcp_muscle_ros.diagnosis.observation.scatter import quantum, white_sigma
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -110,7 +111,7 @@ def _kind(rests: Sequence[Rest], jumps: Sequence[Jump], share: float, span: floa
     released = [j.size for j in jumps if j.released]
     up, down = sum(size > 0.0 for size in released), sum(size < 0.0 for size in released)
     if min(up, down, len(rests)) >= _FEWEST and share >= _SHARE:
-        return 'stick_slip'
+        return CHANCE
     loose = [j.size for j in jumps if not j.released]
     slips = len({size > 0.0 for size in loose}) == 1 and abs(sum(loose)) > _SLIPPED * span
     if len(loose) >= _FEWEST and slips and not released:
