@@ -45,9 +45,10 @@ it for all of these but branch_cte, hysteresis and friction.
 `free_slow_state` and `free_delay` stand for physics that no entry of this list holds: a table (`at`, `value`, in SI, so
 temperatures in K) over a quantity that drives it (`driver`), read as the natural cubic spline through its numbers.
 Beyond its table a law goes on straight, and the muscle is reported to be outside the model's domain. The default tables
-are examples. The controller inverts the tables of stroke and stiffness; where one turns the stroke back, it takes the
-branch up to the turn, and setpoints beyond it are refused. `stick_slip` moves at instants of chance, the same for the
-same seed. `diagnose` does not name them: a free law is no name, and chance has no slope for a fit.
+are examples. ROS wants the numbers of an array all with a point, or all without. The controller inverts the tables of
+stroke and stiffness; where one turns the stroke back, it takes the branch up to the turn, and setpoints beyond it are
+refused. `stick_slip` moves at instants of chance, the same for the same seed. `diagnose` does not name them: a free law
+is no name, and chance has no slope for a fit.
 
 ```yaml
 /**:
