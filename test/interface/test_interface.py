@@ -1,9 +1,11 @@
 """``import tcp_muscle_ros as tcp``: the five functions, with DataFrames in and out."""
 
 import doctest
+import importlib.util
 import subprocess
 import sys
 import types
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,6 +18,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.settings.parameter_file import read, write
 
+ROOT = Path(__file__).resolve().parents[2]
 PROTOCOL = {
     'rate_hz': 5,
     'input': 'current',
@@ -45,6 +48,21 @@ def test_importing_the_package_loads_nothing_heavy():
 def test_the_examples_in_the_documentation_run():
     done = doctest.testmod(interface, optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS)
     assert done.attempted >= 3 and done.failed == 0
+
+
+def test_the_examples_of_the_python_page_run(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    done = doctest.testfile(str(ROOT / 'docs' / 'python.md'), module_relative=False)
+    assert done.attempted >= 10 and done.failed == 0
+
+
+def test_the_example_csv_is_what_its_command_makes(tmp_path, monkeypatch):
+    specification = importlib.util.spec_from_file_location('example', ROOT / 'scripts' / 'make_example_csv.py')
+    example = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(example)
+    shipped = tcp.load(ROOT / 'config' / 'example_lab_run.csv')
+    example.write(tmp_path / 'example_lab_run.csv')
+    pd.testing.assert_frame_equal(tcp.load(tmp_path / 'example_lab_run.csv'), shipped, check_exact=False, atol=2e-2)
 
 
 def test_from_a_protocol_to_an_improved_muscle_with_frames_in_between(muscle, tmp_path):
