@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from proof.cases import FULL, SUITES, Case, composition, make_case, signals_of
+from proof.cases import BASE, FULL, SUITES, Case, composition, make_case, signals_of
 from proof.protocols import unseen
 from proof.recordings import INPUTS, START_NS, instrument, write
 from proof.truth import Experiment, Signals, observe
@@ -90,7 +90,7 @@ def label(case: Case, signals: list[Signals]) -> dict[str, Any]:
         'verdicts': list(case.verdicts),
         'partner': case.partner,
         'nominal': case.nominal,
-        'parameters': {name: getattr(body, name) for name in ('R0', 'a_R', 'C', 'hA', 'k0', 'H0', 'B')},
+        'parameters': {name: getattr(body, name) for name in BASE},
         'ambient': case.lab.ambient,
         'noise': {name: case.noise[name].sigma for name in case.channels},
         'experiments': [experiment.name for experiment in case.experiments],

@@ -191,6 +191,13 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         rate('reports written', '100 %', answers, lambda a: a.report is not None),
         rate('false physics on nulls', '<= 2 %', nulls, lambda a: bool(a.physics)),
         rate('nulls: any alarm (physics, sensor, unexplained)', '', nulls, lambda a: bool(a.findings) or flagged(a)),
+        rate('muscles as the lab says: match', '>= 95 %', _nulls(nulls, known=True), lambda a: a.verdict == 'match'),
+        rate(
+            'muscles with other parameters: wrong parameters',
+            '>= 95 %',
+            _nulls(nulls, known=False),
+            lambda a: a.verdict == 'wrong_parameters',
+        ),
         rate('decoys named as physics', '<= 3 %', decoys, lambda a: bool(a.physics)),
         rate('verdict right on decoys', '', decoys, right),
         rate('stage right, singles', '>= 98 %', seen, lambda a: a.stage() in a.stages),
@@ -232,6 +239,11 @@ def worse(answer: Answer) -> bool:
     """Is the muscle further from unseen recordings than before?"""
     before, after = (held_out_error(answer, e) for e in (answer.limits['recalibration'], answer.held_out))
     return bool(before and after and after > REACH * before)
+
+
+def _nulls(nulls: Sequence[Answer], known: bool) -> list[Answer]:
+    """Those whose parameter file has the muscle's own numbers, or those that are said to be the default one."""
+    return [a for a in nulls if bool(a.label.get('nominal')) is known]
 
 
 def right(answer: Answer) -> bool:

@@ -16,7 +16,8 @@ from tcp_muscle_ros.recording.bag_writer import write_recording
 from tcp_muscle_ros.recording.mending import Mended
 from tcp_muscle_ros.recording.recording import Channel, Recording
 from tcp_muscle_ros.report.report_json import schema
-from tcp_muscle_ros.settings.parameter_file import read
+from tcp_muscle_ros.settings.parameter_file import read, write
+from tcp_muscle_ros.tool import main
 
 TOOL = (sys.executable, '-m', 'tcp_muscle_ros.tool')
 
@@ -94,3 +95,21 @@ def test_a_folder_that_holds_something_is_refused_before_any_work(bag, tmp_path)
     assert (done.returncode, done.stdout) == (2, '')
     (line,) = done.stderr.splitlines()
     assert 'report: is not empty and is not overwritten; give another --output, or --force' in line
+
+
+@pytest.mark.slow
+def test_a_muscle_that_is_exactly_nominal_is_a_match_though_its_noise_moves_a_parameter(tmp_path, monkeypatch):
+    """Recalibration moves the parameters beyond their intervals here, and improves nothing."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'protocol.yaml').write_text(
+        'rate_hz: 10\ninput: current\nend: load\nload_n: 0.588\nrepeat: 3\nsegments:\n'
+        '  - {duration_s: 25, value: 0.27}\n  - {duration_s: 45, value: 0}\n'
+    )
+    noise = {'temperature_noise_k': 0.2, 'resistance_noise_ohm': 0.02, 'displacement_noise_m': 5e-5}
+    write('muscle.yaml', NOMINAL, operating={'load_n': 0.588, 'seed': 6, **noise})
+    assert main(['simulate', 'protocol.yaml', '--params', 'muscle.yaml', '--output', 'bag']) == 0
+    assert main(['diagnose', 'bag', '--output', 'report']) == 0
+    report = json.loads((tmp_path / 'report' / 'report.json').read_text())
+    assert report['verdict'] == 'match'
+    for fit in report['fit'].values():
+        assert fit['rmse_nominal'] == pytest.approx(fit['rmse_calibrated'], rel=0.02)

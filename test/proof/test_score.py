@@ -49,6 +49,19 @@ def value(answers: list[Answer], name: str):
     return row(answers, name)['value']
 
 
+def test_a_match_and_wrong_parameters_are_counted_apart():
+    known, moved = {'nominal': {'hA': 0.02}}, {'nominal': {}}
+    answers = [
+        answer('null', [], [], 'match', **known),
+        answer('null', [], [], 'wrong_parameters', **known),
+        answer('null', [], [], 'wrong_parameters', **moved),
+        answer('null', [], [], 'match', **moved),
+        answer('null', [], [], 'wrong_parameters', **moved),
+    ]
+    assert value(answers, 'muscles as the lab says: match') == pytest.approx(1 / 2)
+    assert value(answers, 'muscles with other parameters: wrong parameters') == pytest.approx(2 / 3)
+
+
 def test_scores_count_what_they_say():
     answers = [
         answer('single', ['creep'], [finding('creep')]),

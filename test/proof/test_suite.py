@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from proof.cases import FULL, PHYSICS, SUITES, composition, make_case, signals_of
+from proof.cases import BASE, FULL, PHYSICS, SUITES, composition, make_case, signals_of
 from proof.extend import extend
 from proof.generate import generate, write_case
 from proof.recordings import INPUTS, Noise
@@ -161,6 +161,13 @@ def test_a_plain_muscle_leaves_nothing_after_the_refit():
     left = refit.measure(refit.left(stack(signals_of(case))))
     assert max(left['peak'].values()) < 0.1
     assert not left['detectable']
+
+
+def test_every_other_null_is_a_muscle_that_its_lab_knows():
+    moved, known = (make_case('development', 2, number, 'null', '') for number in (2, 3))
+    assert (moved.nominal, moved.verdicts) == ({}, ('wrong_parameters',))
+    assert known.verdicts == ('match',)
+    assert known.nominal == pytest.approx({name: getattr(known.lab.body, name) for name in BASE})
 
 
 def test_noise_has_the_spectrum_it_claims():
