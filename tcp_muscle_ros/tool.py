@@ -42,19 +42,23 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run ``tcp_muscle ARGV``; returns the exit code."""
+def main(argv: Sequence[str] | None = None, *, until_admitted: bool = False) -> int:
+    """Run ``tcp_muscle ARGV``; returns the exit code.
+
+    ``until_admitted``: only as far as the command's inputs are known to be good; a command that does not tell this
+    from its work runs as usual.
+    """
     argv = list(sys.argv[1:] if argv is None else argv)
     one_of_linear_algebra()
     with forgiving() as lost:
-        code = _guarded(argv)
+        code = _guarded(argv, until_admitted)
     if lost:
         _say(PROGRAM, f'standard output cannot be written ({lost[0].strerror}): what was done was not all said')
         return code or 2
     return code
 
 
-def _guarded(argv: list[str]) -> int:
+def _guarded(argv: list[str], until_admitted: bool) -> int:
     """Run the command; whatever goes wrong is one line and an exit code."""
     name = next((word for word in argv if not word.startswith('-')), None)
     if name is not None and name not in COMMANDS and not argv[0].startswith('-'):
@@ -62,7 +66,7 @@ def _guarded(argv: list[str]) -> int:
         return 2
     program = f'{PROGRAM} {name}' if name else PROGRAM
     try:
-        return _run(argv, name)
+        return _run(argv, name, until_admitted)
     except SystemExit as leave:  # argparse has said what there is to say
         return leave.code if isinstance(leave.code, int) else 2
     except BadInput as error:
@@ -74,11 +78,14 @@ def _guarded(argv: list[str]) -> int:
     except Exception as error:
         if os.environ.get(DEBUG):
             raise
+        if isinstance(error, OSError) and error.filename is not None:  # a name too long, a folder that may not be read
+            _say(program, f'{error.filename}: {error.strerror}')
+            return 2
         _say(program, f'internal error: {type(error).__name__}: {error} (set {DEBUG}=1 to see where, and report it)')
         return 1
 
 
-def _run(argv: list[str], name: str | None) -> int:
+def _run(argv: list[str], name: str | None, until_admitted: bool) -> int:
     parser = _Parser(
         prog=PROGRAM,
         description='Simulate, record, import, look at, calibrate, replay and diagnose TCP artificial muscles.',
@@ -96,6 +103,9 @@ def _run(argv: list[str], name: str | None) -> int:
             module.add_arguments(subparser)
     args = parser.parse_args(argv)
     assert module is not None
+    if until_admitted and hasattr(module, 'admit'):
+        module.admit(args)
+        return 0
     return int(module.run(args))
 
 

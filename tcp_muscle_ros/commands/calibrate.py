@@ -13,6 +13,7 @@ from tcp_muscle_ros.files.outputs import add_force_argument
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration
+    from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
     from tcp_muscle_ros.recording.recording import Recording
     from tcp_muscle_ros.settings.parameter_file import ParameterFile
     from tcp_muscle_ros.settings.parameter_file import Value as Setting
@@ -37,12 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_bag_arguments(parser)
 
 
-def run(args: argparse.Namespace) -> int:
-    """Fit, print the table, write the parameter file and its intervals."""
+def admit(args: argparse.Namespace) -> tuple[Path, ParameterFile, list[Experiment]]:
+    """All that can be refused before the fit; the file to write, the muscle as assumed, and the recordings."""
     from tcp_muscle_ros.commands.bag_arguments import read_bags
-    from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.files.outputs import refuse_among, writable_file
-    from tcp_muscle_ros.report.tables import calibration_table
     from tcp_muscle_ros.settings.intervals import path_beside
     from tcp_muscle_ros.settings.parameter_file import read
 
@@ -51,8 +50,18 @@ def run(args: argparse.Namespace) -> int:
     output = writable_file(args.output, force=args.force)
     writable_file(path_beside(output), force=args.force)
     nominal = read(args.params)
+    return output, nominal, admitted(read_bags(args, *args.bags), nominal, MOST)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fit, print the table, write the parameter file and its intervals."""
+    from tcp_muscle_ros.commands.progress import Progress
+    from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+    from tcp_muscle_ros.report.tables import calibration_table
+
+    output, nominal, experiments = admit(args)
     with Progress('calibrating') as progress:
-        calibration = calibrated(read_bags(args, *args.bags), nominal, args.separate, MOST, progress.beat)
+        calibration = calibrate(experiments, nominal.parameters, separate=args.separate, progress=progress.beat)
     for experiment in calibration.fit.problem.experiments:
         for note in experiment.notes:
             print(f'note: {experiment.name}: {note}')
@@ -72,6 +81,16 @@ def refuse_unknown(separate: Sequence[str]) -> None:
             raise BadInput(f'--separate {name}: expected one of {", ".join(SEPARABLE)}{nearest(name, SEPARABLE)}')
 
 
+def admitted(recordings: Sequence[Recording], nominal: ParameterFile, most: int) -> list[Experiment]:
+    """Recordings that a calibration can use, averaged to at most so many observations. BadInput as the gate says."""
+    from tcp_muscle_ros.diagnosis.observation.admission import refuse_still
+    from tcp_muscle_ros.diagnosis.observation.observe import whole
+
+    experiments = whole(recordings, nominal, most)
+    refuse_still(experiments)
+    return experiments
+
+
 def calibrated(
     recordings: Sequence[Recording],
     nominal: ParameterFile,
@@ -81,13 +100,9 @@ def calibrated(
 ) -> Calibration:
     """A calibration on recordings, averaged to at most so many observations. BadInput as the gate says."""
     from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
-    from tcp_muscle_ros.diagnosis.observation.admission import refuse_still
-    from tcp_muscle_ros.diagnosis.observation.observe import whole
 
     refuse_unknown(separate)
-    experiments = whole(recordings, nominal, most)
-    refuse_still(experiments)
-    return calibrate(experiments, nominal.parameters, separate=separate, progress=progress)
+    return calibrate(admitted(recordings, nominal, most), nominal.parameters, separate=separate, progress=progress)
 
 
 def write_muscle(

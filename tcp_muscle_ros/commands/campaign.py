@@ -28,8 +28,8 @@ _LOCK = '.lock'  # in the folder of a campaign
 _DONE, _INTERNAL, _BAD_INPUT, _INTERRUPTED = 0, 1, 2, 130
 
 
-def run_campaign(args: argparse.Namespace) -> int:
-    """Do what is not done, list what failed, summarise all. Ctrl-C stops, and what is done stays."""
+def admit_campaign(args: argparse.Namespace) -> list[Run]:
+    """The runs of a manifest. BadInput for what stands in it, and for options that do not go with it."""
     from tcp_muscle_ros.commands.manifest import read_manifest
 
     if args.bags:
@@ -40,7 +40,12 @@ def run_campaign(args: argparse.Namespace) -> int:
         raise BadInput(f'--jobs {args.jobs}: expected 1 or more')
     if args.jobs is not None and args.scheduler is not None:
         raise BadInput('--jobs is for processes of this machine; --scheduler has its own workers')
-    runs = read_manifest(args.manifest, args.params)
+    return read_manifest(args.manifest, args.params)
+
+
+def run_campaign(args: argparse.Namespace) -> int:
+    """Do what is not done, list what failed, summarise all. Ctrl-C stops, and what is done stays."""
+    runs = admit_campaign(args)
     folder = Path(args.output).absolute()
     outcomes: dict[str, Outcome] = {}
     interrupted = False

@@ -13,7 +13,7 @@ from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.files.outputs import add_force_argument
 
 if TYPE_CHECKING:
-    pass
+    from pathlib import Path
 
 _INTERRUPTED = 130
 
@@ -31,26 +31,47 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     many.add_argument('--scheduler', metavar='HOST:PORT', help='run on the workers of this dask scheduler instead')
 
 
-def run(args: argparse.Namespace) -> int:
-    """Diagnose, write the report, print its summary. An interrupted diagnosis writes what it knows by then."""
-    from tcp_muscle_ros.commands.one_diagnosis import diagnose_bags
-    from tcp_muscle_ros.commands.progress import Progress
-    from tcp_muscle_ros.errors import BadInput
-    from tcp_muscle_ros.files.outputs import refuse_among
-    from tcp_muscle_ros.report.terminal import summary
-    from tcp_muscle_ros.report.write import refuse_report
+def admit(args: argparse.Namespace) -> None:
+    """All that can be refused before the diagnosis; of a manifest, what stands in it."""
+    from tcp_muscle_ros.commands.bag_arguments import read_bags
+    from tcp_muscle_ros.diagnosis.observation.observe import prepared
+    from tcp_muscle_ros.settings.parameter_file import read
 
     if args.manifest is not None:
-        from tcp_muscle_ros.commands.campaign import run_campaign
+        from tcp_muscle_ros.commands.campaign import admit_campaign
 
-        return run_campaign(args)
+        admit_campaign(args)
+        return
+    _output(args)
+    prepared(read_bags(args, *args.bags), read(args.params))
+
+
+def _output(args: argparse.Namespace) -> Path:
+    """The folder of the report. BadInput for options that do not go together, or where nothing can be written."""
+    from tcp_muscle_ros.errors import BadInput
+    from tcp_muscle_ros.files.outputs import refuse_among
+    from tcp_muscle_ros.report.write import refuse_report
+
     if not args.bags:
         raise BadInput('nothing to diagnose: expected BAG..., or --manifest RUNS.yaml')
     for option in ('jobs', 'scheduler'):
         if getattr(args, option) is not None:
             raise BadInput(f'--{option} goes with --manifest RUNS.yaml only')
     refuse_among(args.output, [*args.bags, args.params])
-    output = refuse_report(args.output, force=args.force)
+    return refuse_report(args.output, force=args.force)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Diagnose, write the report, print its summary. An interrupted diagnosis writes what it knows by then."""
+    from tcp_muscle_ros.commands.one_diagnosis import diagnose_bags
+    from tcp_muscle_ros.commands.progress import Progress
+    from tcp_muscle_ros.report.terminal import summary
+
+    if args.manifest is not None:
+        from tcp_muscle_ros.commands.campaign import run_campaign
+
+        return run_campaign(args)
+    output = _output(args)
     with Progress('diagnosing') as progress:
         diagnosis = diagnose_bags(args, args.bags, args.params, output, progress, force=args.force)
     print(summary(diagnosis, output / 'report.html'))

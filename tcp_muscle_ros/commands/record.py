@@ -6,7 +6,7 @@ import argparse
 import math
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.files.outputs import add_force_argument
+from tcp_muscle_ros.files.outputs import add_force_argument, writable_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,10 +18,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--use-sim-time', action='store_true', help='log times from /clock')
 
 
-def run(args: argparse.Namespace) -> int:
-    """Record."""
+def admit(args: argparse.Namespace) -> None:
+    """All that can be refused before a node is there."""
     if args.duration is not None and not (math.isfinite(args.duration) and args.duration > 0):
         raise BadInput(f'--duration {args.duration:g}: expected a number of seconds > 0')
+    writable_folder(args.output, force=args.force)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Record."""
+    admit(args)
     try:
         from tcp_muscle_ros.nodes.recorder import record
     except ImportError as error:

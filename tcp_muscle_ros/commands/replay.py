@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING, NamedTuple
 
 from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.files.outputs import add_force_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+    from tcp_muscle_ros.muscle import Parameters
+    from tcp_muscle_ros.recording.recording import Recording
+    from tcp_muscle_ros.settings.parameter_file import ParameterFile
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,25 +35,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_bag_arguments(parser)
 
 
-def run(args: argparse.Namespace) -> int:
-    """Replay, print the table, write what was asked for."""
+class Admitted(NamedTuple):
+    """What a replay needs, once all of it is known to be good: ``others`` are muscles within the intervals."""
+
+    output: Path | None
+    figure: Path | None
+    file: ParameterFile
+    muscle: Parameters
+    others: Mapping[int, Parameters] | None
+    recording: Recording
+    experiment: Experiment
+
+
+def admit(args: argparse.Namespace) -> Admitted:
+    """All that can be refused before anything is replayed."""
     from tcp_muscle_ros.commands.bag_arguments import read_bags
-    from tcp_muscle_ros.diagnosis.answer.replaying import SETTLED_BY, own_of, replay
-    from tcp_muscle_ros.diagnosis.observation.observe import conditions
-    from tcp_muscle_ros.diagnosis.observation.prepare import prepare
-    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_folder
-    from tcp_muscle_ros.report.overlay import write_overlay
-    from tcp_muscle_ros.report.tables import comparison_table, own_note
+    from tcp_muscle_ros.diagnosis.observation.observe import whole
+    from tcp_muscle_ros.files.outputs import refuse_among, writable_folder
     from tcp_muscle_ros.settings.ages import as_old_as_then, read_ages
     from tcp_muscle_ros.settings.intervals import variants
     from tcp_muscle_ros.settings.parameter_file import read
     from tcp_muscle_ros.settings.rig import on_rig, read_rig
 
+    output = figure = None
     if args.output:
         refuse_among(args.output, [args.bag, args.params])
         output = writable_folder(args.output, force=args.force)
     if args.figure:
-        from tcp_muscle_ros.report.comparison import draw_comparison
         from tcp_muscle_ros.report.style import picture_path
 
         refuse_among(args.figure, [args.bag, args.params])
@@ -52,20 +70,35 @@ def run(args: argparse.Namespace) -> int:
     rig = read_rig(args.rig) if args.rig else None
     (recording,) = read_bags(args, args.bag)
     muscle = as_old_as_then(on_rig(file.parameters, rig), read_ages(args.params), recording.start_ns)
-    given = conditions(file)
-    experiment = prepare(recording, file.parameters, given)
-    own = None if args.as_given else own_of(prepare(recording, file.parameters, given, SETTLED_BY), muscle)
-    compared = replay(experiment, muscle, variants(args.params, muscle), own)
+    (experiment,) = whole([recording], file)
+    return Admitted(output, figure, file, muscle, variants(args.params, muscle), recording, experiment)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Replay, print the table, write what was asked for."""
+    from tcp_muscle_ros.diagnosis.answer.replaying import SETTLED_BY, own_of, replay
+    from tcp_muscle_ros.diagnosis.observation.observe import conditions
+    from tcp_muscle_ros.diagnosis.observation.prepare import prepare
+    from tcp_muscle_ros.files.outputs import in_place_of
+    from tcp_muscle_ros.report.overlay import write_overlay
+    from tcp_muscle_ros.report.tables import comparison_table, own_note
+
+    output, figure, file, muscle, others, recording, experiment = admit(args)
+    settled = None if args.as_given else prepare(recording, file.parameters, conditions(file), SETTLED_BY)
+    own = None if settled is None else own_of(settled, muscle)
+    compared = replay(experiment, muscle, others, own)
     for note in experiment.notes:
         print(f'note: {note}')
     print(comparison_table(compared))
     if own is not None and own.zeros:
         print(own_note(own))
-    if args.output:
+    if output:
         with in_place_of(output) as draft:
             write_overlay(draft, experiment, compared)
         print(f'{args.output}: /recorded and /predicted')
-    if args.figure:
+    if figure:
+        from tcp_muscle_ros.report.comparison import draw_comparison
+
         with in_place_of(figure) as draft:
             draw_comparison(draft, experiment, compared)
         print(f'{args.figure}: recorded against predicted')

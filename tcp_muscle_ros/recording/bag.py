@@ -123,7 +123,9 @@ class _Bag:
         if not path.is_dir():
             siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
             raise BadInput(f'{path}: no such bag{nearest(path.name, siblings)}')
-        files = sorted((p for p in path.iterdir() if re.search(r'\.(mcap|db3)(\.zstd)?$', p.name)), key=_by_number)
+        files = sorted(
+            (p for p in path.iterdir() if re.search(r'\.(mcap|db3)(\.zstd)?$', p.name) and p.is_file()), key=_by_number
+        )
         if not files:
             raise BadInput(f'{path}: no bag: the directory has no .mcap or .db3 file')
         description = path / 'metadata.yaml'

@@ -214,7 +214,7 @@ def is_noisy(value: Array) -> bool:
     """Do most steps change direction? Then even a resting muscle shows ever new values."""
     step = np.diff(value)
     step = step[step != 0]
-    return len(step) > 0.5 * len(value) and float(np.mean(step[1:] * step[:-1] < 0)) > 0.25
+    return len(step) > 0.5 * len(value) and float(np.mean(np.sign(step[1:]) * np.sign(step[:-1]) < 0)) > 0.25
 
 
 def _moving_before(value: Array, first: int) -> bool:

@@ -303,7 +303,10 @@ def _falls_when_heated(recording: Recording, channel: Channel, drive: Channel) -
 
 
 def _correlation(channel: Channel, other: Array) -> float:
-    return float(np.corrcoef(channel.value, other)[0, 1]) if np.ptp(other) > 0.0 else 0.0
+    if np.ptp(other) == 0.0:
+        return 0.0
+    with np.errstate(all='ignore'):  # of what hardly moves at all the squares may vanish
+        return float(np.nan_to_num(np.corrcoef(channel.value, other)[0, 1]))
 
 
 def _warmths(recording: Recording, drive: Channel, channel: Channel) -> list[Array]:

@@ -115,14 +115,14 @@ def test_what_is_not_to_be_believed_is_said_in_few_digits(run, segment, told):
 
 def test_a_long_protocol_takes_no_more_memory_than_a_short_one(tmp_path):
     peak = {}
-    for minutes in (1, 40):
+    for minutes in (1, 1, 40):  # the first may have to compile the model, which takes memory too
         text = f'{{rate_hz: 200, input: current, repeat: {minutes}, segments: [{{duration_s: 60, value: 0.2}}]}}'
         (tmp_path / 'protocol.yaml').write_text(text)
         ask = (
             'import resource, sys; from tcp_muscle_ros.tool import main; code = main(sys.argv[1:]);'
             'print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss); sys.exit(code)'
         )
-        words = ['simulate', tmp_path / 'protocol.yaml', '--output', tmp_path / f'bag_{minutes}']
+        words = ['simulate', tmp_path / 'protocol.yaml', '--output', tmp_path / f'bag_{minutes}', '--force']
         done = subprocess.run([sys.executable, '-c', ask, *map(str, words)], capture_output=True, text=True, check=True)
         peak[minutes] = int(done.stdout.split()[-1]) / 1024.0
     assert peak[40] - peak[1] < 60.0, peak  # MB; 480,001 ticks of nine channels, which were 330 MB more

@@ -89,16 +89,19 @@ def refuse_other_scale(experiment: Experiment, muscle: Parameters) -> None:
     factors = {}
     for name, observed in experiment.observed.items():
         shown = predicted[name]
-        if name == 'resistance' or observed.value.size < 20 or np.ptp(shown) == 0.0 or np.ptp(observed.value) == 0.0:
+        spread, seen = float(np.std(shown)), float(np.std(observed.value))
+        if name == 'resistance' or observed.value.size < 20 or spread == 0.0 or seen == 0.0:
             continue
-        if float(np.corrcoef(shown, observed.value)[0, 1]) > _ALIKE:
-            factors[name] = float(np.std(observed.value) / np.std(shown))
+        with np.errstate(all='ignore'):  # of what hardly moves at all the squares may vanish
+            alike = float(np.corrcoef(shown, observed.value)[0, 1])
+        if alike > _ALIKE:
+            factors[name] = seen / spread
     for name, factor in factors.items():
         if 1.0 / _OTHER_MUSCLE < factor < _OTHER_MUSCLE:
             continue
         kind = experiment.imposed.kind
-        alike = all(0.1 < other / factor < 10.0 for other in factors.values())
-        suspect = kind if name == 'temperature' or (alike and len(factors) > 1) else name
+        common = all(0.1 < other / factor < 10.0 for other in factors.values())
+        suspect = kind if name == 'temperature' or (common and len(factors) > 1) else name
         also = f' or {name}' if suspect == kind else f' or {kind}'
         more = f'{factor:.1e} times as much' if factor > 1.0 else f'{1.0 / factor:.1e} times less'
         raise BadInput(

@@ -152,7 +152,10 @@ def _turned(drafts: list[DraftColumn], found: list[Candidate]) -> tuple[list[Dra
         each = by_ref[draft.ref]
         if draft.channel == 'displacement' and each.column.meaning.kind == 'displacement' and warm is not None:
             a, b = each.value, warm.value
-            if len(a) == len(b) > 9 and np.ptp(a) > 0.0 and np.ptp(b) > 0.0 and np.corrcoef(a, b)[0, 1] < -_SURE:
+            moves = len(a) == len(b) > 9 and np.ptp(a) > 0.0 and np.ptp(b) > 0.0
+            with np.errstate(all='ignore'):  # a file may hold inf
+                falls = moves and np.corrcoef(a, b)[0, 1] < -_SURE
+            if falls:
                 draft = DraftColumn(draft.channel, draft.ref, draft.unit, sign=-1, time=draft.time)
                 notes.append(
                     f'{draft.ref} falls as the muscle warms; its sign is turned, so that contraction is positive'
