@@ -32,6 +32,7 @@ COMMANDS = {
     'calibrate': ('calibrate', "fit the paper's parameters to recordings of a muscle, with intervals"),
     'replay': ('replay', 'drive the model with recorded inputs and compare'),
     'diagnose': ('diagnose', 'say which physics a recording shows that the model lacks'),
+    'investigate': ('investigate', 'record, diagnose, run the proposed experiment, until it is decided'),
 }
 
 

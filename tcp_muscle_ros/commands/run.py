@@ -114,7 +114,7 @@ def play(
     log = _Log(output, protocol, len(todo), resume)
     if not resume:
         writable_folder(output)
-    allowed = _allowed(limits, None)
+    allowed = allowed_by(limits, None)
     hottest = refuse_beyond(protocol, model, allowed)  # before anything is asked of a muscle
     if log.done(len(todo)):
         say(f'{output}: all of it is done already')
@@ -122,7 +122,7 @@ def play(
     interrupted = False
     try:
         with _runner_class()(namespace, protocol.kind, allowed.temperature, say) as runner:
-            refuse_beyond(protocol, model, _allowed(limits, answer := runner.answer()))
+            refuse_beyond(protocol, model, allowed_by(limits, answer := runner.answer()))
             say(f'{answer.name or "a muscle"} answers; the model foresees at most {hottest - 273.15:.1f} degC')
             for part in todo:
                 if not (interrupted or log.done(part.number)):
@@ -158,7 +158,7 @@ def _needs_person(part: Part, todo: list[Part], protocol: Protocol) -> bool:
     return len(todo) > 1 or abs(float(part.load[0]) - protocol.load) > SAME_LOAD * protocol.load
 
 
-def _allowed(limits: RigLimits | None, answer: Answer | None) -> Allowed:
+def allowed_by(limits: RigLimits | None, answer: Answer | None) -> Allowed:
     """What rig and driver allow: the stricter of both."""
     from tcp_muscle_ros.control.playing import Allowed
     from tcp_muscle_ros.settings.rig import RigLimits

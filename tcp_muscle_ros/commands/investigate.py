@@ -1,0 +1,216 @@
+"""``tcp_muscle investigate --output DIR``: find out what a muscle lacks in its simulation, without a person.
+
+It records a first protocol, diagnoses, records the experiment that the diagnosis proposes, diagnoses all so far, until
+that is decided or the budget is spent. A last run is kept back and says how well the found muscle predicts it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
+from tcp_muscle_ros.commands.run import add_rig_arguments, allowed_by, play, rig_limits
+from tcp_muscle_ros.errors import BadInput
+
+if TYPE_CHECKING:
+    from tcp_muscle_ros.commands.investigation import Investigation
+    from tcp_muscle_ros.muscle import Parameters
+    from tcp_muscle_ros.settings.rig import RigLimits
+
+_INTERRUPTED = 130
+_LEAST_IMPROVED = 1e-12
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``investigate``."""
+    add_parameter_argument(parser)
+    parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for runs, reports and the log')
+    parser.add_argument('--resume', action='store_true', help='go on with an investigation that was stopped')
+    parser.add_argument('--first', metavar='PROTOCOL.yaml', help='what is recorded first (three heatings)')
+    parser.add_argument('--minutes', type=float, default=90.0, metavar='N', help='of muscle time at most (90)')
+    parser.add_argument('--runs', type=int, default=10, metavar='N', help='at most, with the one kept back (10)')
+    parser.add_argument('--cycles', type=int, default=1000, metavar='N', help='of heating at most (1000)')
+    parser.add_argument(
+        '--simulated', metavar='MUSCLE.yaml', help='a simulated muscle in place of the one on the topics, to try it out'
+    )
+    add_rig_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Investigate, or go on; 130 where it was interrupted."""
+    from tcp_muscle_ros.settings.parameter_file import read
+
+    folder = _folder(args)
+    model = read(args.params).parameters
+    investigation = _investigation(args, folder, model, rig_limits(args.rig))
+    try:
+        investigation.run()
+    except KeyboardInterrupt:
+        _say(f'{folder}: interrupted; --resume goes on')
+        return _INTERRUPTED
+    _conclude(args, investigation, folder)
+    return 0
+
+
+def _folder(args: argparse.Namespace) -> Path:
+    from tcp_muscle_ros.files.outputs import writable_folder
+
+    folder = Path(args.output)
+    if args.resume:
+        if not (folder / 'settings.json').is_file():
+            raise BadInput(f'--resume: {folder} is no folder of an investigation')
+    else:
+        writable_folder(folder)
+        folder.mkdir(parents=True)
+        (folder / 'settings.json').write_text(json.dumps(vars(args), default=str, indent=1) + '\n')
+    return folder
+
+
+def _investigation(
+    args: argparse.Namespace, folder: Path, model: Parameters, limits: RigLimits | None
+) -> Investigation:
+    from tcp_muscle_ros.commands.investigation import (
+        Budget,
+        Investigation,
+        allowed_of,
+        first_protocol,
+        kept_back_protocol,
+    )
+    from tcp_muscle_ros.muscle import ZERO_CELSIUS
+    from tcp_muscle_ros.recording.protocol import read_protocol
+    from tcp_muscle_ros.settings.operating import OPERATING
+    from tcp_muscle_ros.settings.parameter_file import read
+
+    if not (args.minutes > 0.0 and args.runs >= 2 and args.cycles >= 1):
+        raise BadInput('expected --minutes above 0, --runs of 2 or more (one is kept back) and --cycles of 1 or more')
+    file, allowed = read(args.params), allowed_by(limits, None)
+    current = min(allowed.current, float(OPERATING['current_limit_a'].default))  # type: ignore[arg-type]
+    load, ambient = file.number('load_n'), file.number('ambient_temperature_c') + ZERO_CELSIUS
+    if allowed.loads:
+        load = min(allowed.loads, key=lambda one: abs(one - load))
+    first = read_protocol(args.first) if args.first else first_protocol(current, load, ambient)
+    kept = kept_back_protocol(current, load, ambient)
+    simulated = _Simulated(args.simulated) if args.simulated else None
+    return Investigation(
+        folder,
+        simulated or _Live(args, model, limits),
+        lambda bags, report: _diagnosed(bags, report, args.params),
+        (allowed_of(first, model, allowed), allowed_of(kept, model, allowed)),
+        lambda protocol: allowed_of(protocol, model, allowed),
+        Budget(60.0 * args.minutes, args.runs, args.cycles),
+        _say,
+    )
+
+
+@dataclass(frozen=True)
+class _Live:
+    """The muscle that answers on the topics."""
+
+    args: argparse.Namespace
+    model: Parameters
+    limits: RigLimits | None
+
+    def record(self, protocol: Path, bag: Path) -> Sequence[Path]:
+        """As ``tcp_muscle run`` does."""
+        from tcp_muscle_ros.recording.protocol import read_protocol
+
+        played = play(
+            read_protocol(protocol),
+            self.model,
+            bag,
+            limits=self.limits,
+            namespace=self.args.namespace,
+            ask=None if self.args.yes else input,
+            known={'protocol': protocol.name},
+            say=_say,
+        )
+        if played.interrupted:
+            raise KeyboardInterrupt
+        return played.bags
+
+
+@dataclass(frozen=True)
+class _Simulated:
+    """A muscle of which only its parameter file knows what it is."""
+
+    params: str
+
+    def record(self, protocol: Path, bag: Path) -> Sequence[Path]:
+        """As ``tcp_muscle simulate`` does; each run with noise of its own."""
+        seed = sum(protocol.stem.encode())
+        _tool('simulate', str(protocol), '--params', self.params, '--output', str(bag), '--seed', str(seed))
+        return (bag,)
+
+
+def _diagnosed(bags: Sequence[Path], report: Path, params: str) -> Mapping[str, Any]:
+    """``tcp_muscle diagnose`` in a process of its own: its memory is free again afterwards."""
+    _tool('diagnose', *map(str, bags), '--params', params, '--output', str(report))
+    content: Mapping[str, Any] = json.loads((report / 'report.json').read_text(encoding='utf-8'))
+    return content
+
+
+def _tool(*arguments: str) -> None:
+    done = subprocess.run(
+        [sys.executable, '-m', 'tcp_muscle_ros.tool', *arguments], capture_output=True, text=True, check=False
+    )
+    if done.returncode in (_INTERRUPTED, -2):
+        raise KeyboardInterrupt
+    if done.returncode:
+        said = (done.stderr or done.stdout).strip().splitlines()
+        raise BadInput(f'{arguments[0]} failed: {said[-1] if said else f"exit code {done.returncode}"}')
+
+
+def _conclude(args: argparse.Namespace, investigation: Investigation, folder: Path) -> None:
+    """The report over all runs, the muscle that was found, and how well it predicts the run that was kept back."""
+    last = investigation.last_report
+    for name in ('report', 'improved.yaml', 'improved.intervals.json', 'improved.ages.json'):
+        source, place = (last if name == 'report' else last / name), folder / name
+        if source.is_dir():
+            shutil.copytree(source, place, dirs_exist_ok=True)
+        elif source.is_file():
+            shutil.copyfile(source, place)
+    improved = folder / 'improved.yaml'
+    before = _errors(investigation.kept_back, args.params)
+    after = _errors(investigation.kept_back, str(improved)) if improved.is_file() else before
+    summary = {
+        'why': investigation.log.of('end')[-1]['why'],
+        'headline': investigation.log.of('diagnosis')[-1]['headline'],
+        'runs': len(investigation.log.of('run')),
+        'muscle_time_s': sum(one['duration_s'] for step in ('run', 'kept_back') for one in investigation.log.of(step)),
+        'kept_back': {name: {'rmse_before': before[name], 'rmse_after': after[name]} for name in before},
+    }
+    (folder / 'summary.json').write_text(json.dumps(summary, indent=1) + '\n')
+    _say(f'{folder}: {summary["headline"]} ({summary["why"]}; {summary["runs"]} runs)')
+    for name in before:
+        share = after[name] / max(before[name], _LEAST_IMPROVED)
+        _say(f'kept-back run, {name}: {share:.3f} times the error of the model that it began with')
+
+
+def _errors(bags: Sequence[Path], params: str) -> dict[str, float]:
+    """Root mean square error of each channel over bags, SI, as ``tcp_muscle replay`` has it."""
+    from tcp_muscle_ros.diagnosis.answer.replaying import own_of, replay
+    from tcp_muscle_ros.diagnosis.observation.observe import conditions
+    from tcp_muscle_ros.diagnosis.observation.prepare import prepare
+    from tcp_muscle_ros.recording.bag import read_bag
+    from tcp_muscle_ros.settings.parameter_file import read
+
+    file, squared, count = read(params), dict[str, float](), dict[str, int]()
+    for bag in bags:
+        experiment = prepare(read_bag(bag), file.parameters, conditions(file), 1000)
+        compared = replay(experiment, file.parameters, None, own_of(experiment, file.parameters))
+        for name, one in compared.items():
+            squared[name] = squared.get(name, 0.0) + one.rmse**2 * len(one.time)
+            count[name] = count.get(name, 0) + len(one.time)
+    return {name: (value / count[name]) ** 0.5 for name, value in squared.items()}
+
+
+def _say(sentence: str) -> None:
+    print(sentence, flush=True)

@@ -1,0 +1,274 @@
+"""The loop of ``tcp_muscle investigate``: record, diagnose all so far, record what the diagnosis proposes, and so on.
+
+Every step that is done is a line of DIR/log.jsonl; what is not in it was not done, and is done again after a kill -9.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.protocol import Protocol as Played
+from tcp_muscle_ros.recording.protocol import Ramp, Segment, read_protocol
+from tcp_muscle_ros.recording.units import UNITS
+
+if TYPE_CHECKING:
+    from tcp_muscle_ros.control.playing import Allowed
+    from tcp_muscle_ros.muscle import Parameters
+
+_RATE = 20.0  # Hz
+# Seconds and shares of the largest current, one after the other: heating to three temperatures and cooling from each.
+_FIRST = ((5.0, 0.0), (25.0, 1.0), (45.0, 0.0), (25.0, 0.8), (45.0, 0.0), (25.0, 0.65), (45.0, 0.0))
+_KEPT_BACK = ((5.0, 0.0), (12.0, 0.9), (8.0, 0.5), (20.0, 0.0), (20.0, 0.7), (10.0, 1.0), (45.0, 0.0))
+_GENTLER = 0.9  # times the current, again and again, until a protocol is allowed
+_GENTLEST = 0.3
+_MATCHES = ('match', 'wrong_parameters')
+
+
+class Plant(Protocol):
+    """Whatever a protocol can be played on."""
+
+    def record(self, protocol: Path, bag: Path) -> Sequence[Path]:
+        """Play a protocol and record it; returns the bags. BadInput where it cannot, KeyboardInterrupt when asked."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What may be spent: ``duration`` s of muscle time, ``runs``, ``cycles`` of heating; the kept-back run counts."""
+
+    duration: float
+    runs: int
+    cycles: int
+
+
+def first_protocol(current: float, load: float, ambient: float) -> Played:
+    """What is recorded first: heating to three temperatures and cooling from each."""
+    return _made(_FIRST, current, load, ambient)
+
+
+def kept_back_protocol(current: float, load: float, ambient: float) -> Played:
+    """What is recorded last and shown to no diagnosis."""
+    return _made(_KEPT_BACK, current, load, ambient)
+
+
+def _made(steps: Sequence[tuple[float, float]], current: float, load: float, ambient: float) -> Played:
+    segments = tuple(Segment(seconds, Ramp(share * current, share * current)) for seconds, share in steps)
+    return Played(_RATE, 'current', segments, load=load, ambient=ambient)
+
+
+def allowed_of(protocol: Played, model: Parameters, allowed: Allowed) -> Played:
+    """The protocol with as much of its current as is allowed. BadInput where less than a third would be."""
+    from tcp_muscle_ros.control.playing import refuse_beyond
+
+    share = 1.0
+    while True:
+        gentler = replace(
+            protocol,
+            segments=tuple(
+                replace(one, value=Ramp(share * one.value.start, share * one.value.end)) for one in protocol.segments
+            ),
+        )
+        try:
+            refuse_beyond(gentler, model, allowed)
+        except BadInput:
+            share *= _GENTLER
+            if share < _GENTLEST:
+                raise
+        else:
+            return gentler
+
+
+def cycles_of(protocol: Played) -> int:
+    """How often a protocol begins to heat."""
+    drive = protocol.sampled().drive
+    return int(((drive[1:] > 0.0) & (drive[:-1] <= 0.0)).sum() + (drive[0] > 0.0))
+
+
+def render(protocol: Played) -> str:
+    """A protocol as its YAML file."""
+    celsius = UNITS['degC'].from_si
+
+    def ramp(given: Ramp) -> str:
+        return f'{given.start!r}' if given.start == given.end else f'[{given.start!r}, {given.end!r}]'
+
+    lines = [f'rate_hz: {protocol.rate_hz!r}', f'input: {protocol.kind}', f'end: {protocol.end}']
+    lines += [f'load_n: {protocol.load!r}', f'ambient_c: {celsius(protocol.ambient):.9g}', f'repeat: {protocol.repeat}']
+    lines += [f'{name}: {value!r}' for name, value in protocol.end_options.items()]
+    lines.append('segments:')
+    for one in protocol.segments:
+        keys = [f'duration_s: {one.duration!r}', f'value: {ramp(one.value)}']
+        keys += [f'load_n: {ramp(one.load)}'] if one.load else []
+        keys += [f'ambient_c: {ramp(Ramp(*(round(celsius(t), 9) for t in one.ambient)))}'] if one.ambient else []
+        lines.append(f'  - {{{", ".join(keys)}}}')
+    return '\n'.join(lines) + '\n'
+
+
+def decided(report: Mapping[str, Any]) -> str:
+    """Why a report needs no further experiment, '' where it does."""
+    if report['unexplained'] is None and report['verdict'] in _MATCHES and report['next_experiment'] is None:
+        return 'the model explains everything'
+    single = bool(report['findings']) and all(not one['indistinguishable_from'] for one in report['findings'])
+    if report['unexplained'] is None and single:
+        return 'every finding is singled out, and nothing is left unexplained'
+    return '' if report['next_experiment'] is not None else 'no experiment is known that would decide more'
+
+
+class Log:
+    """DIR/log.jsonl: one JSON object a step, written through to the disk before the next begins."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / 'log.jsonl'
+        self.steps: list[dict[str, Any]] = []
+        if self._path.is_file():
+            self.steps = [json.loads(line) for line in self._path.read_text(encoding='utf-8').splitlines()]
+
+    def add(self, step: str, **what: object) -> None:
+        """A step that is done."""
+        self.steps.append({'step': step, **what})
+        text = ''.join(json.dumps(one) + '\n' for one in self.steps)
+        draft = self._path.with_suffix('.draft')
+        with draft.open('w', encoding='utf-8') as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        draft.replace(self._path)
+
+    def of(self, step: str) -> list[dict[str, Any]]:
+        """The steps of this kind, oldest first."""
+        return [one for one in self.steps if one['step'] == step]
+
+
+class Investigation:
+    """One investigation in a folder.
+
+    Args:
+        folder: where everything is kept.
+        plant: what is investigated.
+        diagnose: writes the report on these bags to this folder, and returns its content.
+        protocols: the first protocol, and that of the run that is kept back.
+        admit: a protocol as the rig allows it; BadInput where it does not.
+        budget: what may be spent.
+        say: told of every step.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        plant: Plant,
+        diagnose: Callable[[Sequence[Path], Path], Mapping[str, Any]],
+        protocols: tuple[Played, Played],
+        admit: Callable[[Played], Played],
+        budget: Budget,
+        say: Callable[[str], None],
+    ) -> None:
+        self._folder, self._plant, self._diagnose = folder, plant, diagnose
+        self._first, self._kept_back = protocols
+        self._admit, self._budget, self._say = admit, budget, say
+        for name in ('protocols', 'runs', 'reports'):
+            (folder / name).mkdir(parents=True, exist_ok=True)
+        self.log = Log(folder)
+
+    def run(self) -> None:
+        """Go on from where the log ends, to the end."""
+        while not self.log.of('end'):
+            runs, reports = self.log.of('run'), self.log.of('diagnosis')
+            if len(reports) < len(runs):
+                self._report(len(runs))
+            else:
+                self._next(len(runs) + 1, reports[-1] if reports else None)
+        if not self.log.of('kept_back'):
+            self._record('kept_back', 'kept_back', self._kept_back)
+
+    def _next(self, number: int, last: Mapping[str, Any] | None) -> None:
+        """The next run, or the end."""
+        if last is None:
+            protocol = self._first
+        else:
+            if last['decided']:
+                self._end(last['decided'])
+                return
+            protocol = read_protocol(self._folder / last['report'] / last['protocol'])
+            try:
+                protocol = self._admit(protocol)
+            except BadInput as error:
+                self._end(f'the rig does not allow the proposed experiment: {error}')
+                return
+        spent = self._beyond(protocol)
+        if spent and last is None:
+            raise BadInput(f'{spent} before anything is recorded: a first run and one that is kept back need more')
+        if spent:
+            self._end(spent)
+        else:
+            self._record('run', f'run_{number}', protocol)
+
+    def _beyond(self, protocol: Played) -> str:
+        """Which budget a protocol would pass, beside the run that is to be kept back; '' where none."""
+        runs, budget = self.log.of('run'), self._budget
+        planned = (protocol, self._kept_back)
+        seconds = sum(one['duration_s'] for one in runs) + sum(one.duration for one in planned)
+        if seconds > budget.duration:
+            return f'the budget of {budget.duration / 60:.0f} min is spent'
+        if len(runs) + len(planned) > budget.runs:
+            return f'the budget of {budget.runs} runs is spent'
+        if sum(one['cycles'] for one in runs) + sum(cycles_of(one) for one in planned) > budget.cycles:
+            return f'the budget of {budget.cycles} cycles is spent'
+        return ''
+
+    def _record(self, step: str, name: str, protocol: Played) -> None:
+        path, bag = self._folder / 'protocols' / f'{name}.yaml', self._folder / 'runs' / name
+        path.write_text(render(protocol), encoding='utf-8')
+        _set_aside(bag)
+        self._say(f'{name}: {protocol.duration:.0f} s')
+        bags = self._plant.record(path, bag)
+        kept = [str(one.relative_to(self._folder)) for one in bags]
+        self.log.add(step, name=name, bags=kept, duration_s=protocol.duration, cycles=cycles_of(protocol))
+
+    def _report(self, number: int) -> None:
+        report = self._folder / 'reports' / f'report_{number}'
+        if report.exists():  # of a process that was killed before it could say that it was done
+            shutil.rmtree(report)
+        content = self._diagnose(self.bags, report)
+        proposed = content['next_experiment'] or {}
+        self._say(f'report_{number}: {content["headline"]}')
+        self.log.add(
+            'diagnosis',
+            report=str(report.relative_to(self._folder)),
+            verdict=content['verdict'],
+            headline=content['headline'],
+            protocol=proposed.get('protocol'),
+            decided=decided(content),
+        )
+
+    def _end(self, why: str) -> None:
+        self._say(f'ended: {why}')
+        self.log.add('end', why=why)
+
+    @property
+    def bags(self) -> list[Path]:
+        """All that a diagnosis may see."""
+        return [self._folder / bag for run in self.log.of('run') for bag in run['bags']]
+
+    @property
+    def kept_back(self) -> list[Path]:
+        """What no diagnosis has seen."""
+        return [self._folder / bag for run in self.log.of('kept_back') for bag in run['bags']]
+
+    @property
+    def last_report(self) -> Path:
+        """The folder of the report over all runs."""
+        return self._folder / str(self.log.of('diagnosis')[-1]['report'])
+
+
+def _set_aside(bag: Path) -> None:
+    """What is left of a run that was not finished is kept under another name."""
+    tries = 1
+    while bag.exists() and (aside := bag.with_name(f'{bag.name}_stopped_{tries}')).exists():
+        tries += 1
+    if bag.exists():
+        bag.rename(aside)

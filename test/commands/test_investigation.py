@@ -1,0 +1,160 @@
+"""The loop of an investigation: what it does next, when it ends, and that it goes on after a kill wherever it was."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tcp_muscle_ros.commands.investigation import (
+    Budget,
+    Investigation,
+    Log,
+    allowed_of,
+    cycles_of,
+    decided,
+    first_protocol,
+    kept_back_protocol,
+    render,
+)
+from tcp_muscle_ros.control.playing import Allowed, refuse_beyond
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.recording.protocol import Protocol, Ramp, Segment, read_protocol
+
+MODEL = Parameters.named('karami_tadesse_2017')
+FIRST, KEPT = first_protocol(0.2, 0.5, 296.15), kept_back_protocol(0.2, 0.5, 296.15)
+WIDE = Budget(1e6, 100, 1000)
+
+
+class Killed(BaseException):
+    """The end of the process."""
+
+
+class Rig:
+    """What records and diagnoses, and is killed before or after the step ``dies``. The third report decides."""
+
+    def __init__(self, dies=None, decides=3):
+        self.dies, self.decides, self.steps = dies, decides, 0
+
+    def _step(self, work):
+        self.steps += 1
+        if self.dies == 2 * self.steps - 1:
+            raise Killed
+        work()
+        if self.dies == 2 * self.steps:
+            raise Killed
+
+    def record(self, protocol, bag):
+        assert read_protocol(protocol).duration > 0.0
+        self._step(bag.mkdir)
+        return (bag,)
+
+    def diagnose(self, bags, report):
+        assert all(bag.is_dir() for bag in bags)
+        self._step(report.mkdir)
+        (report / 'next.yaml').write_text(render(replace(FIRST, repeat=1)))
+        over = len(bags) >= self.decides
+        return {
+            'verdict': 'missing_physics',
+            'headline': f'after {len(bags)}',
+            'unexplained': None,
+            'findings': [{'indistinguishable_from': [] if over else ['radiation']}],
+            'next_experiment': None if over else {'protocol': 'next.yaml'},
+        }
+
+    def investigation(self, folder, budget=WIDE, admit=lambda protocol: protocol):
+        return Investigation(folder, self, self.diagnose, (FIRST, KEPT), admit, budget, lambda _: None)
+
+
+def test_it_runs_what_is_proposed_until_it_is_decided_and_keeps_one_run_back(tmp_path):
+    made = Rig().investigation(tmp_path)
+    made.run()
+    assert [step['step'] for step in made.log.steps] == [*['run', 'diagnosis'] * 3, 'end', 'kept_back']
+    assert 'singled out' in made.log.of('end')[0]['why']
+    assert [bag.name for bag in made.bags] == ['run_1', 'run_2', 'run_3']
+    assert [bag.name for bag in made.kept_back] == ['kept_back']
+    assert made.last_report.name == 'report_3'
+
+
+@pytest.mark.parametrize('dies', range(1, 15))
+def test_killed_anywhere_it_goes_on_and_ends_as_if_nothing_had_been(tmp_path, dies):
+    whole = Rig().investigation(tmp_path / 'whole')
+    whole.run()
+    with pytest.raises(Killed):
+        Rig(dies).investigation(tmp_path / 'killed').run()
+    again = Rig()
+    resumed = again.investigation(tmp_path / 'killed')
+    resumed.run()
+    assert resumed.log.steps == whole.log.steps
+    assert again.steps == 7 - (dies - 1) // 2  # nothing that was done is done again, but for the step that was cut off
+    assert Log(tmp_path / 'killed').steps == whole.log.steps
+    assert all(bag.is_dir() for bag in resumed.bags)
+
+
+@settings(max_examples=30)
+@given(st.floats(100.0, 3000.0), st.integers(2, 9), st.integers(1, 20))
+def test_no_budget_is_passed(tmp_path_factory, duration, runs, cycles):
+    folder = tmp_path_factory.mktemp('budget')
+    made = Rig(decides=99).investigation(folder, Budget(duration, runs, cycles))
+    if duration < FIRST.duration + KEPT.duration or cycles < cycles_of(FIRST) + cycles_of(KEPT):
+        with pytest.raises(BadInput, match='before anything is recorded'):
+            made.run()
+        assert not made.log.steps
+        return
+    made.run()
+    spent = [*made.log.of('run'), *made.log.of('kept_back')]
+    assert sum(one['duration_s'] for one in spent) <= duration
+    assert len(spent) <= runs
+    assert sum(one['cycles'] for one in spent) <= cycles
+    assert 'budget' in made.log.of('end')[0]['why']
+
+
+def test_an_experiment_that_the_rig_does_not_allow_ends_it(tmp_path):
+    def admit(_):
+        raise BadInput('no such load')
+
+    made = Rig().investigation(tmp_path, admit=admit)
+    made.run()
+    assert made.log.of('end')[0]['why'] == 'the rig does not allow the proposed experiment: no such load'
+
+
+@pytest.mark.parametrize(
+    ('more', 'why'),
+    [
+        ({'verdict': 'match'}, 'explains everything'),
+        ({'unexplained': {}, 'next_experiment': {}}, ''),
+        ({'unexplained': {}}, 'no experiment is known'),
+        ({'findings': [{'indistinguishable_from': []}], 'next_experiment': {}}, 'singled out'),
+        ({'findings': [{'indistinguishable_from': ['b']}], 'next_experiment': {}}, ''),
+    ],
+)
+def test_what_decides(more, why):
+    report = {'verdict': 'missing_physics', 'unexplained': None, 'findings': [], 'next_experiment': None, **more}
+    assert (why in decided(report)) if why else decided(report) == ''
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.1, 0.27), st.floats(300.0, 390.0))
+def test_what_is_played_is_allowed_whatever_is_proposed(current, temperature):
+    allowed = Allowed(current=current, temperature=temperature)
+    try:
+        made = allowed_of(first_protocol(0.27, 0.5, 296.15), MODEL, allowed)
+    except BadInput:
+        assert current < 0.09 or temperature < 303.0
+        return
+    refuse_beyond(made, MODEL, allowed)
+
+
+@given(st.lists(st.tuples(st.floats(0.5, 9.0), st.floats(0.0, 0.27), st.floats(0.1, 2.0)), min_size=1, max_size=4))
+def test_a_protocol_that_is_written_is_read_back(tmp_path_factory, steps):
+    segments = tuple(Segment(s, Ramp(i, 0.5 * i), Ramp(load, load), Ramp(300.25, 301.25)) for s, i, load in steps)
+    made = Protocol(20.0, 'current', segments, 2, load=0.7, ambient=297.15)
+    path = tmp_path_factory.mktemp('protocol') / 'p.yaml'
+    path.write_text(render(made))
+    assert read_protocol(path) == made
+
+
+def test_cycles_are_counted_by_their_beginnings():
+    assert cycles_of(FIRST) == 3
+    assert cycles_of(replace(FIRST, repeat=2)) == 6
