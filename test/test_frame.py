@@ -189,6 +189,13 @@ def test_imports_only_go_down():
     assert not wrong
 
 
+def test_only_nodes_and_commands_know_ros():
+    ros = {key for key in declared('exec_depend') if not key.startswith('python3-')}
+    wrong = [f'{name} imports {target}' for name, target in all_imports() if target.split('.')[0] in ros]
+    assert wrong, 'no module imports ROS: the names of its packages are not what package.xml says'
+    assert not [line for line in wrong if room(line.split()[0]) not in ('nodes', 'commands')]
+
+
 def test_the_rooms_of_the_diagnosis_know_only_those_before_them():
     wrong, seen = [], set()
     for name, target in all_imports():

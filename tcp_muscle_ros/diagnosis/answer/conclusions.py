@@ -100,7 +100,7 @@ def _sensors(fitted: Fit, chosen: Sequence[Chosen]) -> dict[str, Value]:
     """Sensor nuisances: effects of the sensor stage, and what each recording started from."""
     found: dict[str, Value] = {}
     for c in chosen:
-        if EFFECTS[c.effect].stage == 'sensor':
+        if c.definition.stage == 'sensor':
             found |= {f'{c.effect}.{name}': v for name, v in _effect_values(fitted, c.effect).items()}
     for k, u in enumerate(fitted.problem.unknowns):
         if u.recording is not None and u.name in (AMBIENT, START):
@@ -129,7 +129,7 @@ def _findings(selection: Selection) -> tuple[Finding, ...]:
     final = selection.final
     found = []
     for c in selection.chosen:
-        effect = EFFECTS[c.effect]
+        effect = c.definition
         values = _effect_values(final, c.effect)
         found.append(
             Finding(

@@ -15,7 +15,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
 _WORKERS = 2
@@ -45,16 +45,21 @@ class Candidate:
     second: dict[str, float] | None = None
 
     @property
+    def definition(self) -> Effect:
+        """What the effect says of itself."""
+        return EFFECTS[self.effect]
+
+    @property
     def stage(self) -> str:
         """The stage that the effect belongs to."""
-        return EFFECTS[self.effect].stage
+        return self.definition.stage
 
     @property
     def worth(self) -> float:
         """The gain less the price of its parameters, and of a choice that is not the usual one."""
-        rows = EFFECTS[self.effect].parameters
+        rows = self.definition.parameters
         chosen = sum(bool(row.choices) and self.values[f'{self.effect}.{row.name}'] != row.value for row in rows)
-        return self.gain - PER_PARAMETER * (chosen + len(EFFECTS[self.effect].fitted) * max(len(self.own), 1))
+        return self.gain - PER_PARAMETER * (chosen + len(self.definition.fitted) * max(len(self.own), 1))
 
     def starts(self) -> 'list[Candidate]':
         """Where a refit may start: as far as the linear approximation goes, and less far; at the usual strength and
@@ -62,7 +67,7 @@ class Candidate:
 
         A weight that swings has no other mass than its own: half of it fits worse than none.
         """
-        definition = EFFECTS[self.effect]
+        definition = self.definition
         key = f'{self.effect}.{definition.strength}'
         usual = abs(SPECIFICATIONS[key].value - definition.none)
 

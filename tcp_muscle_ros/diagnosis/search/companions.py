@@ -17,7 +17,6 @@ from tcp_muscle_ros.diagnosis.search.company import (
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.search.picking import pick
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink, times_usual
-from tcp_muscle_ros.muscle import EFFECTS
 
 _OF_ALL = 0.01  # of what was missed: less is hardly worth a name, and a form may miss more than is allowed for
 _PROMISES = 2.0 * THRESHOLD  # worth the time of its refits: what is found promises several times as much
@@ -106,7 +105,7 @@ def _stands_alone(rival: Rival, rivals: Sequence[Rival], beside: Fit) -> bool:
 def _bends(rival: Rival) -> bool:
     """Whether it bends to what any form misses: what differs from recording to recording, and physics the other way
     round than it is known."""
-    definition = EFFECTS[rival.effect]
+    definition = rival.definition
     return definition.circumstance or (definition.stage != 'sensor' and times_usual(rival) < 0.0)
 
 

@@ -65,7 +65,7 @@ def good_company(
 def least_of_rest(rival: Rival, usually: float) -> float:
     """Of what is left, what an effect must take beside others: ``usually``, or nearly all where it is physics of a
     strength that is hardly known of the fibre, or of a stage that no channel shows, as what forms leave looks like."""
-    physics = EFFECTS[rival.effect].stage != 'sensor'
+    physics = rival.definition.stage != 'sensor'
     hardly = times_usual(rival) < _FAINT_BESIDE or not _shown(rival.effect, rival.fit)
     return max(usually, _NEARLY_ALL) if physics and hardly else usually
 

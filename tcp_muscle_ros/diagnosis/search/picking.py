@@ -9,7 +9,6 @@ from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen
 from tcp_muscle_ros.diagnosis.search.company import THRESHOLD, Contest, share
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation
 from tcp_muscle_ros.diagnosis.search.rivals import CONTEST, Rival, begins, own, penalised, prefer, rescored, rivals_for
-from tcp_muscle_ros.muscle import EFFECTS
 
 _LEAST_SHARE = 0.08  # of what is left, that an effect takes away
 _TRIES = 4
@@ -76,6 +75,6 @@ def pick(
 
 def _least_drop(rival: Rival) -> float:
     """Of the score, that chance does not give."""
-    effect = EFFECTS[rival.effect]
+    effect = rival.definition
     anywhere = own(rival) or (effect.circumstance and effect.stage != 'sensor')
     return THRESHOLD * (_ANYWHERE if anywhere else 1.0)

@@ -3,7 +3,6 @@
 from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained, locate
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.diagnosis.search.shared import wandering
-from tcp_muscle_ros.muscle import EFFECTS
 
 # A generic misfit that keeps more than this share of what was there has not been explained by the named effects; less,
 # if it is plain beside the noise, or if only sensors were named, whose faults are told exactly.
@@ -19,7 +18,7 @@ def unexplained(selection: Selection) -> Unexplained | None:
         return leapt
     after = selection.structure_after
     had, has = selection.calibrated.mean_square, selection.final.mean_square
-    sensors = all(EFFECTS[c.effect].stage == 'sensor' for c in selection.chosen)
+    sensors = all(c.definition.stage == 'sensor' for c in selection.chosen)
     left: dict[str, tuple[float, float]] = {}
     for name, s in after.items():
         missed = has[name] - s.noise.sigma**2

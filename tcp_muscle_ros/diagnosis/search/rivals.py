@@ -9,7 +9,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, structures, with_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import without_effect
 from tcp_muscle_ros.diagnosis.search.candidates import PER_PARAMETER, Candidate, with_effect
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
 SHORTLIST = 6
@@ -40,6 +40,11 @@ class Rival:
     effect: str
     fit: Fit
     score: float
+
+    @property
+    def definition(self) -> Effect:
+        """What the effect says of itself."""
+        return EFFECTS[self.effect]
 
 
 def margin(drop: float) -> float:
@@ -127,7 +132,7 @@ def rivals_for(
 def begins(rival: Rival) -> bool:
     """Whether it is there at all, not next to nothing; and what the effect needs to be crossed, the muscle crosses or
     nearly. Else it is another one in disguise."""
-    definition = EFFECTS[rival.effect]
+    definition = rival.definition
     if _largest(rival) < (_NOTHING if definition.circumstance or definition.stage == 'sensor' else _HARDLY):
         return False
     for row in definition.fitted:
@@ -179,15 +184,15 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     known = any(_known(r) for r in close)
 
     def order(rival: Rival) -> tuple[bool, int, bool, bool, int, float]:
-        effect = EFFECTS[rival.effect]
+        effect = rival.definition
         far = known and abs(times_usual(rival)) > _FAR
         rank = 1 if effect.stage != 'sensor' else 2 if far else 0
         turned = effect.stage != 'sensor' and times_usual(rival) < 0.0
         return own(rival), rank, turned, effect.unexpected, len(effect.fitted), rival.score
 
     first = min(close, key=order)
-    stage = EFFECTS[first.effect].stage
-    alike = [r for r in close_rivals(rivals, bare - best) if EFFECTS[r.effect].stage == stage and not _at_its_end(r)]
+    stage = first.definition.stage
+    alike = [r for r in close_rivals(rivals, bare - best) if r.definition.stage == stage and not _at_its_end(r)]
     return min([first, *alike], key=order)
 
 
@@ -209,12 +214,12 @@ def _at_its_end(rival: Rival) -> bool:
 
 def _known(rival: Rival) -> bool:
     """Whether it is physics about as strong as is known of the fibre."""
-    return EFFECTS[rival.effect].stage != 'sensor' and times_usual(rival) >= _FAINT
+    return rival.definition.stage != 'sensor' and times_usual(rival) >= _FAINT
 
 
 def _beyond_belief(rival: Rival) -> bool:
     """Whether it is a sensor that is off as none that is in use: so far, or as its cause never makes it."""
-    effect, strength = EFFECTS[rival.effect], times_usual(rival)
+    effect, strength = rival.definition, times_usual(rival)
     return effect.stage == 'sensor' and (abs(strength) > _BEYOND_USE or (effect.one_way and strength < 0.0))
 
 
@@ -224,7 +229,7 @@ def times_usual(rival: Rival) -> float:
     strengths = _strengths(rival)
     if own(rival):
         return float(np.median(np.abs(strengths)))
-    return float(abs(strengths[0]) if EFFECTS[rival.effect].circumstance else strengths[0])
+    return float(abs(strengths[0]) if rival.definition.circumstance else strengths[0])
 
 
 def _largest(rival: Rival) -> float:
@@ -234,7 +239,7 @@ def _largest(rival: Rival) -> float:
 
 def _strengths(rival: Rival) -> Array:
     """In each recording, or in all alike, in the strength that it usually has."""
-    definition = EFFECTS[rival.effect]
+    definition = rival.definition
     key = f'{rival.effect}.{definition.strength}'
     each = [value for (name, _), value in rival.fit.values.items() if name == key] if own(rival) else []
     return (np.array(each or [rival.fit.muscle[key]]) - definition.none) / (SPECIFICATIONS[key].value - definition.none)

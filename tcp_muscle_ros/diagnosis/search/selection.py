@@ -29,7 +29,7 @@ from tcp_muscle_ros.diagnosis.search.company import (
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
 from tcp_muscle_ros.diagnosis.search.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
-from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.muscle import EFFECTS, Effect
 
 MOST_EFFECTS = 4
 _REVISIONS = 2
@@ -46,6 +46,11 @@ class Chosen:
     gain: Gain
     share: float
     rivals: tuple[Rival, ...]
+
+    @property
+    def definition(self) -> Effect:
+        """What the effect says of itself."""
+        return EFFECTS[self.effect]
 
     @property
     def indistinguishable(self) -> tuple[str, ...]:
