@@ -4,8 +4,8 @@
 
 Both joints are turned twice. For each: the time until the angle stays within 5 % of the step, beside the time in which
 full current in one muscle of each joint and none in the other gets as far (the physical limit, up to what the joints'
-weights do to each other), how far the angle went past the setpoint, and what was missing in the end. In every draw each
-of the four muscles has values of its own. Needs MuJoCo.
+weights do to each other); and the worst of the four turns: how far past the setpoint, and what was missing in the end.
+In every draw each of the four muscles has values of its own. Needs MuJoCo.
 """
 
 import argparse
@@ -81,8 +81,8 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     given = parser.parse_args()
     chance = np.random.default_rng(given.seed)
-    print('| muscles | step | joint | within 5 % after, s | limit, s | past, % | missing in the end, mrad |')
-    print('|---|---|---|---:|---:|---:|---:|')
+    print('| muscles | shoulder, 1st | elbow, 1st | shoulder, 2nd | elbow, 2nd | past, % | missing, mrad |')
+    print('|---|---:|---:|---:|---:|---:|---:|')
     found = []
     try:
         for k in range(given.draws + 1):
@@ -90,11 +90,9 @@ def main() -> int:
             both = np.array([row(muscles, number) for number in (1, 2)])
             if k:
                 found.append(both)
-            for step, joint in np.ndindex(2, 2):
-                settled, limit, past, missing = both[step, joint]
-                name, kind = ('shoulder', 'elbow')[joint], f'draw {k}' if k else 'as believed'
-                figures = f'{settled:.2f} | {limit:.2f} | {100 * past:.1f} | {missing:.2f}'
-                print(f'| {kind} | {step + 1} | {name} | {figures} |', flush=True)
+            times = ' | '.join(f'{settled:.2f} / {limit:.2f}' for settled, limit, *_ in both.reshape(4, 4))
+            worst = f'{100.0 * both[..., 2].max():.1f} | {both[..., 3].max():.2f}'
+            print(f'| {f"draw {k}" if k else "as believed"} | {times} | {worst} |', flush=True)
     except BadInput as problem:
         print(f'arm_table: {problem}', file=sys.stderr)
         return 2
