@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 import recording.labs.first_forty
 import recording.labs.further  # noqa: F401  enters its files
@@ -47,6 +48,7 @@ def test_there_are_enough_of_them_and_the_document_lists_each_with_its_first_try
         ('Raumtemperatur (°C)', '', Meaning('ambient', 'degC')),
         ('I_set (A)', '', Meaning('current', 'A', commanded=True)),
         ('Humidity (%)', '', Meaning('', None)),
+        ('40g_forced_air', '', Meaning('ambient', None)),  # no force
     ],
 )
 def test_a_heading_means(heading, unit_cell, expected):
@@ -95,6 +97,24 @@ def test_a_name_that_yaml_takes_for_something_else_stays_a_name(tmp_path, monkey
     (tmp_path / 'on.csv').write_text('t (s),on [degC]\n' + ''.join(f'{k},{20 + k}\n' for k in range(9)))
     assert main(['import', 'on.csv']) == 0
     assert read_import_map(tmp_path / 'on' / 'import_map.yaml').runs[0].channels['temperature'].column == 'on [degC]'
+
+
+@pytest.mark.parametrize('name', ['dates.xlsx', 'run7.mat', 'frame.parquet', 'cycles.dat', 'test_12.lvm'])
+def test_a_damaged_file_is_read_or_refused_in_one_line(name, tmp_path):
+    """Whatever a library stumbles over; scipy's reader of .mat does not even survive some."""
+    content, _ = FILES[name].make()
+    path, said = tmp_path / name, []
+    for seed in range(3 if name == 'run7.mat' else 12):
+        rng = np.random.default_rng(seed)
+        damaged = bytearray(content[: rng.integers(len(content) // 2, len(content))] if seed % 2 else content)
+        for at in rng.integers(0, len(damaged), 20):
+            damaged[at] = rng.integers(256)
+        path.write_bytes(bytes(damaged))
+        try:
+            guess(path)
+        except BadInput as error:
+            said.append(str(error))
+    assert said and not any('\n' in line for line in said)
 
 
 def test_a_binary_file_that_is_none_of_the_known_kinds_is_refused(tmp_path):

@@ -1,7 +1,10 @@
 """Spreadsheets (.xlsx), MATLAB files (.mat, version 7 and older) and Parquet as rows of text cells."""
 
 import datetime
+import subprocess
+import sys
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +27,11 @@ def read_sheets(path: Path) -> list[Grid]:
         return _matlab(path) if kind == '.mat' else _parquet(path) if kind == '.parquet' else _excel(path)
     except ModuleNotFoundError as error:
         raise BadInput(f"{path}: {kind} files need the Python package '{error.name}', {_EXTRA}") from None
-    except OSError as error:
-        raise BadInput(f'{path}: cannot be read ({error.strerror or error})') from None
+    except BadInput:
+        raise
+    except Exception as error:  # a damaged file makes each library stumble in another way
+        why = str(getattr(error, 'strerror', None) or error or type(error).__name__).partition('\n')[0]
+        raise BadInput(f'{path}: cannot be read as {kind} ({why})') from None
 
 
 def _text(value: object) -> str:
@@ -86,6 +92,7 @@ def _matlab(path: Path) -> list[Grid]:
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
+    _refuse_deadly(path)
     try:
         content = loadmat(path, simplify_cells=True)
     except NotImplementedError:
@@ -94,6 +101,20 @@ def _matlab(path: Path) -> list[Grid]:
         raise BadInput(f'{path}: is no MATLAB file of version 7 or older') from None
     content = {name: value for name, value in content.items() if not name.startswith('__')}
     return list(_tables(content, ''))
+
+
+def _refuse_deadly(path: Path) -> None:
+    """BadInput for a damaged file that scipy's compiled reader does not survive: another process tries it first."""
+    about = path.stat()
+    if not _survives(str(path), about.st_mtime_ns, about.st_size):
+        raise BadInput(f'{path}: is a damaged MATLAB file; save it again')
+
+
+@lru_cache
+def _survives(path: str, changed_ns: int, size: int) -> bool:
+    """Does a process that reads a MATLAB file live on? ``changed_ns`` and ``size`` tell its states apart."""
+    program = 'import sys; from scipy.io import loadmat; loadmat(sys.argv[1])'
+    return subprocess.run([sys.executable, '-c', program, path], capture_output=True, check=False).returncode >= 0
 
 
 def _tables(content: Mapping[str, Any], name: str) -> Iterator[Grid]:

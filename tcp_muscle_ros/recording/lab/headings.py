@@ -40,7 +40,7 @@ _SYMBOLS = {
     'force': 'F f Fz Fx',
 }
 _WHOLE = frozenset(
-    ['tc', 'pos', 'hub', 'air', 'amb', 'last', 'masse', 'mass', 'weg', 'date', 'time', 'tempo', 'temps']
+    ['tc', 'force', 'pos', 'hub', 'air', 'amb', 'last', 'masse', 'mass', 'weg', 'date', 'time', 'tempo', 'temps']
 )  # no beginnings
 _MODIFIERS = {
     'commanded': 'set soll cmd command commanded target setpoint sollwert 設定 consigne',
