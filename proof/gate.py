@@ -22,7 +22,7 @@ from proof.generate import generate
 from tcp_muscle_ros.diagnosis.observation.observe import prepared
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.bag import read_bag
-from tcp_muscle_ros.recording.csv_import import csv_files, import_runs
+from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
 from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Recording
 from tcp_muscle_ros.recording.units import UNITS
@@ -108,7 +108,7 @@ def rigs(data: Path) -> Iterator[tuple[str, Recording, ParameterFile]]:
     file = read('karami_tadesse_2017')
     for rig in ('bench', 'video'):
         import_map = read_import_map(ROOT / 'config' / f'import_tca_{rig}_rig.yaml')
-        for run in import_runs(import_map, csv_files([data / f'tca_{rig}_rig'])):
+        for run in import_runs(import_map, lab_files([data / f'tca_{rig}_rig'])):
             yield f'{rig} rig', run.recording, file
 
 

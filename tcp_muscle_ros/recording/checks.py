@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp_muscle_ros.recording.inputs import drive_of, hold
+from tcp_muscle_ros.recording.instruments import instrument_faults
 from tcp_muscle_ros.recording.plausibility import unit_sentence
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
@@ -18,7 +19,8 @@ from tcp_muscle_ros.recording.units import UNITS
 class Issue(NamedTuple):
     """One finding.
 
-    kind      gap, pause, jitter, duplicate, backwards, stuck, not_finite, saturation, quantisation, unit, short
+    kind      gap, pause, jitter, duplicate, backwards, stuck, not_finite, saturation, quantisation, unit, short, and
+              of instruments: held, tone, switch, clock, contradiction
     interval  s from the recording's start, from where to where it was seen
     """
 
@@ -50,6 +52,9 @@ def check(recording: Recording) -> list[Issue]:
         if channel.name == 'resistance':
             found = _without_pauses(channel.time, channel.value, found, drive_of(recording))
         issues += sorted(found, key=lambda issue: issue.interval)
+    for name, kind, sentence in instrument_faults(recording):
+        time = recording[name].time
+        issues.append(Issue(name, kind, (float(time[0]), float(time[-1])), sentence))
     return _shared_gaps(issues)
 
 

@@ -1,0 +1,175 @@
+"""Faults of instruments that show in one recording, without a model of the muscle. Each is named, none is mended.
+
+What two instruments share without a third to tell (voltage and current both 7 % high, and no power recorded) does not
+show, nor does a channel that is late: heat is late too. One that is ahead of its cause is of another clock.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tcp_muscle_ros.recording.inputs import SAME_INSTANT, drive_of, hold
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
+
+_ENOUGH = 200  # samples of a channel that is looked at
+_HELD = 0.05  # share of samples that repeat the one before
+_STUCK = 9  # samples
+_TURNS = 0.4  # share of samples at which noise turns, at least
+_ALIKE = 0.9  # of the others differ from each other: no quantisation repeats them
+_LINE = 30.0  # times the typical line of a spectrum, in each quarter of the recording: a tone
+_SLOWEST_TONE = 0.5  # Hz
+_DRIVEN = 10.0  # times the typical line of the drive's spectrum: then the tone is the drive's
+_SWITCHES = 3  # at least, at which a channel steps
+_SURE = 5.0  # standard errors
+_OFF = 0.03  # of a power or resistance, by which instruments contradict each other
+_LEADS = np.arange(0.25, 5.01, 0.25)  # s, by which a channel may be ahead
+_LEAST_GRID = 0.25  # s
+_MOST = 20_000  # instants of that grid
+_BETTER, _EVIDENCE = 0.8, 60.0  # of the squares left over, and half of log likelihood ratio, that a lead must reach
+
+
+def instrument_faults(recording: Recording) -> Iterator[tuple[str, str, str]]:
+    """(channel, kind, sentence) of each fault that shows."""
+    drive = drive_of(recording)
+    for channel in recording.channels.values():
+        if CHANNELS[channel.name].role != 'output' or len(channel) < _ENOUGH:
+            continue
+        yield from _held_samples(channel)
+        yield from _tone(channel, drive)
+        if drive is not None and len(drive) > 1 and channel.name in ('temperature', 'displacement', 'force'):
+            yield from _steps_at_switches(recording, channel, drive)
+            yield from _ahead(channel, drive)
+    yield from _contradictions(recording)
+
+
+def _held_samples(channel: Channel) -> Iterator[tuple[str, str, str]]:
+    """Samples that repeat the one before to the last bit, where no two others are alike."""
+    repeats = np.diff(channel.value) == 0.0
+    stuck = np.convolve(repeats, np.ones(_STUCK), 'same') >= _STUCK - 1  # for long: a dead sensor's, not a logger's
+    share = float(np.mean(repeats & ~stuck))
+    others = channel.value[np.append(True, ~repeats)]
+    turns = np.sign(np.diff(others))  # an encoder at rest repeats too: only noise turns at nearly each sample
+    noisy = others.size > 20 and float(np.mean(turns[1:] * turns[:-1] < 0.0)) > _TURNS
+    if share > _HELD and noisy and np.unique(others).size > _ALIKE * others.size:
+        told = f'{channel.name}: {100 * share:.0f} % of its samples repeat the one before to the last bit'
+        yield channel.name, 'held', f'{told}, though no others are alike: the logger holds a value until the next comes'
+
+
+def _tone(channel: Channel, drive: Channel | None) -> Iterator[tuple[str, str, str]]:
+    """A line of the spectrum that stands out in every quarter of the recording."""
+    period = float(np.median(np.diff(channel.time)))
+    if np.percentile(np.diff(channel.time), 95.0) > 1.5 * period:
+        return
+    size = channel.value.size // 4
+    frequency = np.fft.rfftfreq(size - 2, period)
+    lines = [_spectrum(channel.value[k * size : (k + 1) * size]) for k in range(4)]
+    out = np.min([line / np.median(line[1:]) for line in lines], axis=0)
+    out[frequency < _SLOWEST_TONE] = 0.0
+    k = int(np.argmax(out))
+    if out[k] < _LINE:
+        return
+    if drive is not None and len(drive) > 1:
+        driven = _spectrum(hold(drive, channel.time[: 4 * size]).reshape(4, size)[1])
+        if driven[max(k - 1, 0) : k + 2].max() > _DRIVEN * max(float(np.median(driven)), 1e-300):
+            return
+    told = f'{channel.name}: a tone of {frequency[k]:.3g} Hz throughout: vibration, mains hum or a loop that rings'
+    yield channel.name, 'tone', told
+
+
+def _spectrum(value: Array) -> Array:
+    """Power of the second differences, by line."""
+    bend = np.diff(value, 2)
+    return np.asarray(np.abs(np.fft.rfft(bend * np.hanning(bend.size))) ** 2 + 1e-300)
+
+
+def _switches(drive: Channel) -> tuple[Array, Array]:
+    """When the drive switches (s), and in which direction."""
+    step = np.diff(drive.value)
+    at = np.flatnonzero(np.abs(step) > 0.3 * float(np.ptp(drive.value)))
+    return drive.time[1:][at], np.sign(step[at])
+
+
+def _steps_at_switches(recording: Recording, channel: Channel, drive: Channel) -> Iterator[tuple[str, str, str]]:
+    """A step from one sample to the next whenever the drive switches, which heat cannot make."""
+    at, direction = _switches(drive)
+    load = recording.channels.get('load')
+    if load is not None and len(load) > 1:
+        changed = load.time[1:][np.diff(load.value) != 0.0]
+        free = np.array([not np.any(np.abs(changed - t) < 1.0) for t in at], dtype=bool)
+        at, direction = at[free], direction[free]
+    k = np.searchsorted(channel.time, at - SAME_INSTANT)
+    inside = (k > 4) & (k < len(channel) - 5)
+    k, direction = k[inside], direction[inside]
+    if k.size < _SWITCHES:
+        return
+    # The lines through four samples before and after, where they should meet: half a sample before the first after.
+    before = channel.value[k[:, None] + np.arange(-4, 0)] @ _read_at(np.arange(-4, 0))
+    after = channel.value[k[:, None] + np.arange(0, 4)] @ _read_at(np.arange(0, 4))
+    near = (after - before) * direction
+    usual = float(np.median(np.abs(np.diff(channel.value, 2)))) / 0.6745 / np.sqrt(6.0)
+    size, scatter = float(np.median(near)), max(usual * 2.0, float(np.median(np.abs(near - np.median(near)))))
+    bend = float(
+        np.median(np.abs(channel.value[k + 3] - channel.value[k] - channel.value[k - 1] + channel.value[k - 4]))
+    )
+    if abs(size) > _SURE * scatter / np.sqrt(k.size) and abs(size) > max(3.0 * usual, bend):
+        unit = {'temperature': (1.0, 'K'), 'displacement': (1e3, 'mm'), 'force': (1.0, 'N')}[channel.name]
+        told = (
+            f'{channel.name}: steps by {size * unit[0]:+.3g} {unit[1]} at each of {k.size} switches of the {drive.name}'
+        )
+        yield channel.name, 'switch', f'{told}, faster than heat: the instrument picks the {drive.name} up'
+
+
+def _read_at(places: NDArray[np.int_], at: float = -0.5) -> Array:
+    """What each of some samples weighs in the straight line through them, read at a place between samples."""
+    columns = np.column_stack([np.ones(places.size), places])
+    return np.asarray(np.array([1.0, at]) @ np.linalg.pinv(columns))
+
+
+def _ahead(channel: Channel, drive: Channel) -> Iterator[tuple[str, str, str]]:
+    """A channel that follows the heat best if read as so much ahead of it, and by far worse at any delay."""
+    span = float(channel.time[-1] - channel.time[0])
+    step = max(float(np.median(np.diff(channel.time))), _LEAST_GRID, span / _MOST)
+    grid = np.arange(channel.time[0], channel.time[-1], step)
+    if grid.size < _ENOUGH // 2:
+        return
+    heat = hold(drive, drive.time) ** (1 if drive.name.startswith('power') else 2)
+    total = np.append(0.0, np.cumsum(heat[:-1] * np.diff(drive.time)))
+    value = np.interp(grid, channel.time, channel.value)
+
+    def left_over(lead: float) -> float:
+        given = np.diff(np.interp(grid + lead, drive.time, total))
+        columns = np.column_stack([value[:-1], given, np.ones(given.size)])
+        solved = np.linalg.lstsq(columns, np.diff(value), rcond=None)[0]
+        return float(np.sum((np.diff(value) - columns @ solved) ** 2))
+
+    late = min(left_over(-lead) for lead in (0.0, *_LEADS))
+    early = {float(lead): left_over(float(lead)) for lead in _LEADS if lead > 2.0 * step}
+    lead = min(early, key=early.__getitem__, default=0.0)
+    if not lead or late <= 0.0 or early[lead] > _BETTER * late:
+        return
+    if 0.5 * grid.size * np.log(late / max(early[lead], 1e-300)) > _EVIDENCE:
+        told = f'{channel.name}: moves {lead:.3g} s before the {drive.name} that moves it: their clocks differ'
+        yield channel.name, 'clock', told
+
+
+def _contradictions(recording: Recording) -> Iterator[tuple[str, str, str]]:
+    """A power that is not voltage times current, a resistance that is not their quotient."""
+    if not {'voltage', 'current'} <= {name for name, c in recording.channels.items() if len(c) > 1}:
+        return
+    current = recording['current']
+    voltage = np.interp(current.time, recording['voltage'].time, recording['voltage'].value)
+    flows = np.abs(current.value) > 0.3 * float(np.max(np.abs(current.value), initial=0.0))
+    if np.count_nonzero(flows) < 20:
+        return
+    made = {'power': voltage[flows] * current.value[flows], 'resistance': voltage[flows] / current.value[flows]}
+    for name, value in made.items():
+        channel = recording.channels.get(name)
+        if channel is None or len(channel) < 2:
+            continue
+        there = hold(channel, current.time[flows])
+        share = float(np.median(value / np.where(there == 0.0, np.inf, there))) - 1.0
+        if abs(share) > _OFF:
+            sign = 'times' if name == 'power' else 'over'
+            told = f'{name}: voltage {sign} current is {100 * share:+.1f} % of it away: one of the instruments is off'
+            yield name, 'contradiction', told

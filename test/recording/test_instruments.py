@@ -1,0 +1,92 @@
+"""Faults of instruments that one recording shows: each is named where it is, and nothing where there is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from commands import faulty_bags as bags
+
+from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.instruments import instrument_faults
+from tcp_muscle_ros.recording.recording import Channel, Recording
+
+
+@pytest.fixture(scope='module')
+def sound(tmp_path_factory):
+    """Two heatings of a muscle of the independent truth generator, at 10 Hz."""
+    return read_bag(bags.write_bag(tmp_path_factory.mktemp('sound') / 'bag', *bags.sound()))
+
+
+def changed(recording, name, change):
+    channel = recording[name]
+    time, value = change(channel.time.copy(), channel.value.copy())
+    return replace(recording, channels={**recording.channels, name: Channel(name, time, value, channel.topic)})
+
+
+def named(recording):
+    return {(channel, kind): sentence for channel, kind, sentence in instrument_faults(recording)}
+
+
+def held(time, value):
+    for k in np.flatnonzero(np.random.default_rng(1).random(value.size) < 0.2):
+        value[k] = value[max(k - 1, 0)]
+    return time, value
+
+
+def test_what_is_sound_has_no_name(sound):
+    assert named(sound) == {}
+
+
+def test_held_duplicates_are_named(sound):
+    found = named(changed(sound, 'temperature', held))
+    assert set(found) == {('temperature', 'held')}
+    assert '% of its samples repeat the one before to the last bit' in found['temperature', 'held']
+
+
+def test_quantised_samples_repeat_by_themselves(sound):
+    coarse = changed(sound, 'temperature', lambda t, v: (t, np.round(v / 0.25) * 0.25))
+    assert ('temperature', 'held') not in named(coarse)
+
+
+@pytest.mark.parametrize(('channel', 'size'), [('displacement', 2e-4), ('temperature', 1.0)])
+def test_a_tone_is_named_with_its_frequency(sound, channel, size):
+    found = named(changed(sound, channel, lambda t, v: (t, v + size * np.sin(2 * np.pi * 3.1 * t))))
+    assert set(found) == {(channel, 'tone')}
+    assert 'a tone of 3.1 Hz throughout' in found[channel, 'tone']
+
+
+def test_a_channel_of_another_clock_that_is_ahead_is_named(sound):
+    found = named(changed(sound, 'temperature', lambda t, v: (t[20:] - 2.0, v[20:])))
+    assert set(found) == {('temperature', 'clock')}
+    assert 'temperature: moves 2 s before the current that moves it' in found['temperature', 'clock']
+
+
+def test_a_channel_that_is_late_may_be_heat_that_is_late(sound):
+    assert named(changed(sound, 'temperature', lambda t, v: (t[:-20] + 2.0, v[:-20]))) == {}
+
+
+def test_a_step_at_each_switch_is_named(sound):
+    drive = sound['current']
+
+    def picks_up(time, value):
+        on = drive.value[np.clip(np.searchsorted(drive.time, time + 1e-9, side='right') - 1, 0, None)]
+        return time, value + 4.0 * on / on.max()
+
+    found = named(changed(sound, 'temperature', picks_up))
+    assert set(found) == {('temperature', 'switch')}
+    assert 'at each of 4 switches of the current, faster than heat' in found['temperature', 'switch']
+
+
+def test_voltage_and_current_that_are_both_high_contradict_a_power():
+    time = np.arange(300) / 10.0
+    on = (time % 10.0) < 5.0
+    made = {'current': 0.25 * on, 'voltage': 2.5 * on, 'power': 0.625 * on, 'resistance': np.full(300, 10.0)}
+
+    def recorded(**factors):
+        channels = {n: Channel(n, time, v * factors.get(n, 1.0), n) for n, v in made.items()}
+        return named(Recording('', channels, 0))
+
+    assert recorded() == {}
+    assert set(recorded(current=1.07, voltage=1.07)) == {('power', 'contradiction')}
+    assert '+14.5 %' in recorded(current=1.07, voltage=1.07)['power', 'contradiction']
+    assert set(recorded(current=1.07)) == {('power', 'contradiction'), ('resistance', 'contradiction')}
