@@ -1,7 +1,12 @@
+import os
+import subprocess
+import sys
+import tempfile
 from glob import glob
 from pathlib import Path
 
 from setuptools import find_packages, setup
+from setuptools.command.install import install
 
 NAME = 'tcp_muscle_ros'
 HERE = Path(__file__).resolve().parent  # through the link that colcon build --symlink-install makes
@@ -18,8 +23,40 @@ def version():
     return text.split("__version__ = '")[1].split("'")[0]
 
 
+class Install(install):
+    """An installation in place, as `colcon build` makes it, has the model compiled into it: no start waits for that.
+
+    Not where it is staged for an archive (a wheel, a .deb): another processor may unpack it.
+    """
+
+    def run(self):
+        super().run()
+        if self.root is None:
+            self.compile_model()
+
+    def compile_model(self):
+        library = Path(self.install_lib).resolve()
+        for file in (library / NAME / 'muscle').rglob('*.py'):
+            # numba holds machine code against the date of its source; archives and containers keep whole seconds.
+            os.utime(file, (int(file.stat().st_mtime),) * 2)
+        with tempfile.TemporaryDirectory() as cache:
+            path = os.pathsep.join(filter(None, [str(library), os.environ.get('PYTHONPATH')]))
+            done = subprocess.run(
+                [sys.executable, '-m', f'{NAME}.muscle', '--ship'],
+                env={**os.environ, 'PYTHONPATH': path, 'XDG_CACHE_HOME': cache},
+                cwd=cache,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+        if done.returncode:
+            why = (done.stderr.strip().splitlines() or ['no reason given'])[-1]
+            print(f'the model was not compiled, so the first start does it: {why}', file=sys.stderr)
+
+
 setup(
     name=NAME,
+    cmdclass={'install': Install},
     version=version(),
     description='Twisted and coiled polymer (TCP) artificial muscles in ROS 2',
     long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
@@ -58,6 +95,7 @@ setup(
         'ros': pinned('ros.txt'),
         'bench': pinned('bench.txt'),
         'cluster': ['distributed>=2024.1'],
+        'hardware': ['pyserial>=3.5'],
         'labs': ['pandas>=2.1', 'openpyxl>=3.1', 'pyarrow>=15.0'],
         'mujoco': ['mujoco>=3.2; python_version >= "3.11"'],
         'test': ['pytest', 'hypothesis', 'psutil', 'jsonschema'],
@@ -67,6 +105,7 @@ setup(
             'sim_node = tcp_muscle_ros.nodes.entry:sim_node',
             'controller_node = tcp_muscle_ros.nodes.entry:controller_node',
             'twin_node = tcp_muscle_ros.nodes.entry:twin_node',
+            'serial_driver_node = tcp_muscle_ros.nodes.entry:serial_driver_node',
             'tcp_muscle = tcp_muscle_ros.tool:main',
         ],
     },

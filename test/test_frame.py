@@ -51,7 +51,13 @@ PYTHON_DEPENDENCIES = {
 # chunks with them ourselves.
 WITHOUT_KEY = [('mcap', 'mcap'), ('lz4', 'lz4'), ('zstandard', 'zstandard')]
 # Extras that code imports only where they are asked for.
-OPTIONAL_DEPENDENCIES = {'cluster': {'distributed'}, 'labs': {'openpyxl', 'pandas', 'pyarrow'}, 'mujoco': {'mujoco'}}
+OPTIONAL_DEPENDENCIES = {
+    'cluster': {'distributed'},
+    'hardware': {'serial'},
+    'labs': {'openpyxl', 'pandas', 'pyarrow'},
+    'mujoco': {'mujoco'},
+}
+CALLED_OTHERWISE = {'pyserial': 'serial'}  # what pip calls it -> what Python imports
 TEST_DEPENDENCIES = {
     'python3-pytest': 'pytest',
     'python3-hypothesis': 'hypothesis',
@@ -165,7 +171,8 @@ def test_what_is_imported_is_declared_and_the_reverse(setup_py):
     optional = set().union(*OPTIONAL_DEPENDENCIES.values())
     assert outside == python | optional | (ros - LAUNCH_DEPENDENCIES)
     for extra, names in OPTIONAL_DEPENDENCIES.items():
-        assert {Requirement(text).name for text in setup_py['extras'][extra]} == names
+        declared_names = {Requirement(text).name for text in setup_py['extras'][extra]}
+        assert {CALLED_OTHERWISE.get(name, name) for name in declared_names} == names
 
 
 def test_ros_extra_has_every_ros_package_that_is_imported(setup_py):

@@ -102,7 +102,7 @@ def test_ros2_run_finds_the_programs():
     cfg.read(ROOT / 'setup.cfg')
     assert cfg['install']['install_scripts'] == '$base/lib/tcp_muscle_ros'
     assert cfg['develop']['script_dir'] == '$base/lib/tcp_muscle_ros'
-    assert programs() == {'sim_node', 'controller_node', 'twin_node', 'tcp_muscle'}
+    assert programs() == {'sim_node', 'controller_node', 'serial_driver_node', 'twin_node', 'tcp_muscle'}
 
 
 @pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)

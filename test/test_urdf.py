@@ -30,6 +30,14 @@ def test_position_is_contraction(robot):
     assert (float(limit.get('lower')), float(limit.get('upper'))) == (0.0, 0.05)
 
 
+def test_the_frame_of_stamped_messages_is_a_link():
+    """As nodes/safe_muscle.py makes it of joint_name: the end that moves."""
+    source = (ROOT / 'tcp_muscle_ros' / 'nodes' / 'safe_muscle.py').read_text(encoding='utf-8')
+    assert """f'{settings["joint_name"]}_moving_end'""" in source
+    for name in ('tcp_muscle', 'finger_1'):
+        assert f'{name}_moving_end' in {link.get('name') for link in expanded(name=name).findall('link')}
+
+
 @pytest.mark.parametrize(('file', 'root'), [('tcp_muscle.urdf.xacro', 'world'), ('antagonist.urdf.xacro', 'palm')])
 def test_it_is_one_tree(file, root):
     robot = expanded(file)

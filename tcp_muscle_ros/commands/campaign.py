@@ -7,14 +7,13 @@ stays done: a run is repeated only when its bags, parameters or options, or the 
 from __future__ import annotations
 
 import argparse
-import fcntl
 import json
 import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from tcp_muscle_ros.commands.one_run import UNFINISHED, Outcome, Task, digest_of, is_done
 from tcp_muscle_ros.commands.progress import Progress
@@ -108,6 +107,15 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
+def _lock(file: TextIO) -> None:
+    """Hold the file against other processes. Raises BlockingIOError where one holds it."""
+    try:
+        import fcntl
+    except ImportError:  # not on this system: two at once are then not told apart
+        return
+    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
 @contextmanager
 def _alone_in(folder: Path) -> Iterator[None]:
     """The folder, made where it is missing, for this campaign alone: two would take each other's work for left over."""
@@ -123,7 +131,7 @@ def _alone_in(folder: Path) -> Iterator[None]:
     try:
         folder.mkdir(exist_ok=True)
         with (folder / _LOCK).open('w') as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(lock)
             shutil.rmtree(folder / UNFINISHED, ignore_errors=True)
             yield
     except BlockingIOError:

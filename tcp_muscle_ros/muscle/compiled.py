@@ -3,10 +3,16 @@
 Numba alone decides by one file's date whether its cache is stale, and so misses a change in a file
 that the cached function calls. Here the cache folder is named after the content of every file of the
 model: a change anywhere compiles anew, an unchanged model loads in a fraction of a second.
+
+An installation may bring machine code along (``machine_code/`` in this folder, made by ``colcon build``). It is copied
+to the user's cache at the first start, because numba uses a cache only where it could write: so an installation
+that nobody may write to starts at once too.
 """
 
+import contextlib
 import hashlib
 import os
+import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -41,7 +47,24 @@ def _writable_cache() -> Path | None:
     return None
 
 
+SHIPPED = Path(__file__).parent / 'machine_code'  # what the installation brought along, by digest as in the cache
+
+
+def _take_over(shipped: Path, cache: Path) -> None:
+    """Copy what the cache lacks. Several processes may do it at once: each file appears whole."""
+    for source in sorted(shipped.rglob('*')):
+        target = cache / source.relative_to(shipped)
+        if source.is_file() and not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            beside = target.with_name(f'{target.name}.{os.getpid()}')
+            shutil.copyfile(source, beside)
+            beside.replace(target)
+
+
 CACHE = _writable_cache()  # where machine code is kept; None: nowhere
+if CACHE is not None:
+    with contextlib.suppress(OSError):  # a full disk: compiled again, as without it
+        _take_over(SHIPPED / CACHE.name, CACHE)
 
 
 def inner(function: _F) -> _F:

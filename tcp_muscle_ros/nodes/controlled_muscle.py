@@ -10,12 +10,12 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.inverse import Inverse
-from tcp_muscle_ros.control.safety import FeedbackWatch, Limits, State, celsius
+from tcp_muscle_ros.control.safety import FeedbackWatch, Limits, State
 from tcp_muscle_ros.control.tracking import Command, TrackingController
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.home import ControlHome
 from tcp_muscle_ros.nodes.parameters import Settings
-from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
+from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle, number
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS
 
 # Steps of a sensor that is not said to have any: movement below five of them proves nothing.
@@ -301,9 +301,11 @@ class ControlledMuscle(SafeMuscle):
         return {
             'mode': self.settings['mode'],
             'feedback': self._feedback,
-            'setpoint_m': 'none' if self._setpoint is None else f'{self._setpoint:.6g}',
-            'shaped_setpoint_m': 'none' if command is None else f'{command.shaped_setpoint:.6g}',
-            f'{self._feedback}_{_UNIT[self._feedback]}': 'none' if measured is None else f'{measured:.6g}',
-            'predicted_displacement_m': 'none' if command is None else f'{command.predicted_displacement:.6g}',
-            'predicted_temperature_c': 'none' if command is None else celsius(command.predicted_temperature),
+            'setpoint_m': number(self._setpoint),
+            'shaped_setpoint_m': number(None if command is None else command.shaped_setpoint),
+            f'{self._feedback}_{_UNIT[self._feedback]}': number(measured),
+            'predicted_displacement_m': number(None if command is None else command.predicted_displacement),
+            'predicted_temperature_c': number(
+                None if command is None else command.predicted_temperature - ZERO_CELSIUS
+            ),
         }

@@ -14,6 +14,14 @@ def sim_node() -> int:
     return main()
 
 
+def serial_driver_node() -> int:
+    """The program serial_driver_node."""
+    end_quietly_when_asked()
+    from tcp_muscle_ros.nodes.serial_driver_node import main
+
+    return main()
+
+
 def controller_node() -> int:
     """The program controller_node."""
     end_quietly_when_asked()

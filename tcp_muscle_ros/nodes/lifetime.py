@@ -15,11 +15,12 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.logging import LoggingSeverity, set_logger_level
+from rclpy.logging import LoggingSeverity, get_logger, set_logger_level
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle.ahead import compile_ahead, is_compiled
 from tcp_muscle_ros.nodes.arguments import asks_for_help, check_arguments, refuse_leftover, usage
 
 _SHARE = 1e-4  # s: how long a callback may keep a tick that is due from running; Python's own 5 ms are five ticks
@@ -127,6 +128,7 @@ class _Life:
         refuse_leftover(self._arguments, self._name)
         rclpy.init(args=self._arguments, signal_handler_options=SignalHandlerOptions.NO)
         set_logger_level('rcl', LoggingSeverity.INFO)
+        compile_model(self._name)
         self.node = node = self._make()
         self._callbacks = callbacks = Callbacks(node, self._asked.set)
         sys.setswitchinterval(_SHARE)
@@ -152,6 +154,14 @@ class _Life:
         if self.node is not None:
             self.node.destroy_node()
         rclpy.try_shutdown()
+
+
+def compile_model(name: str) -> None:
+    """Compile the model if this installation has not, and say so: nothing else happens for 15 to 40 s."""
+    if not is_compiled():
+        log = get_logger(name)
+        log.info('compiling the model for this machine, 15 to 40 s; later starts find it')
+        compile_ahead(lambda step: log.info(f'compiling, {step}'))
 
 
 def _one_line(problem: BaseException) -> str:

@@ -13,6 +13,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.safety import Kind, Limits, Report, Safety, State, celsius
+from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
@@ -26,6 +27,11 @@ def publishers_of(node: Node, topic: str) -> set[str]:
     return {f'{end.node_namespace.rstrip("/")}/{end.node_name}' for end in node.get_publishers_info_by_topic(topic)}
 
 
+def number(value: float | None) -> str:
+    """A value of /diagnostics as plotting programs read it, the unit being in its key: nan where there is none."""
+    return 'nan' if value is None else f'{value:.6g}'
+
+
 class SafeMuscle:
     """What a node knows of one muscle. A subclass says what it needs and does with it.
 
@@ -35,6 +41,7 @@ class SafeMuscle:
     def __init__(self, node: Home, name: str, settings: Settings) -> None:
         self.node, self.name, self.settings = node, name, settings
         self.safety = Safety(self.limits_of(settings), enabled=settings['start_enabled'])
+        self.frame = f'{settings["joint_name"]}_moving_end'  # the link of urdf/tcp_muscle_macros.xacro that moves
         self.refused_inputs: Counter[str] = Counter()
         self.said = f'{name}: ' if name else ''  # before what the log says of it
         self._told = self.safety.state
@@ -171,13 +178,13 @@ class SafeMuscle:
             refused = dict(self.refused_inputs)
         facts = {
             'state': report.state.value,
-            'current_a': f'{report.current:.6g}',
-            'current_limit_a': f'{report.limit:.6g}',
+            'current_a': number(report.current),
+            'current_limit_a': number(report.limit),
             'configured_current_limit_a': f'{self.settings["current_limit_a"]:.6g}',
             'derate_temperature_c': f'{self.settings["derate_temperature_c"]:.6g}',
             'limited_by': ', '.join(report.limited_by) or 'nothing',
-            'hottest_c': 'unknown' if report.temperature is None else celsius(report.temperature),
-            'command_age_s': 'none yet' if report.command_age is None else f'{report.command_age:.3f}',
+            'hottest_c': number(None if report.temperature is None else report.temperature - ZERO_CELSIUS),
+            'command_age_s': number(report.command_age),
             'rejected_commands': str(report.rejected),
             'refused_inputs': ', '.join(f'{name} {count}' for name, count in refused.items()) or 'none',
             'command_timeouts': str(report.timeouts),

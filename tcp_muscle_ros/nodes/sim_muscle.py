@@ -9,13 +9,13 @@ from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
 
-from tcp_muscle_ros.control.safety import Kind, Limits, celsius
+from tcp_muscle_ros.control.safety import Kind, Limits
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Reading
 from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW
 from tcp_muscle_ros.muscle.sensors import Noise, Sensor
 from tcp_muscle_ros.nodes.home import SimHome
 from tcp_muscle_ros.nodes.parameters import Settings
-from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
+from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle, number
 from tcp_muscle_ros.nodes.topics import MEASUREMENT_QOS
 
 _CHANNELS = {'temperature': 'k', 'resistance': 'ohm', 'displacement': 'm', 'force': 'n'}
@@ -69,12 +69,12 @@ class SimMuscle(SafeMuscle):
             self.publisher(channel) for channel in ('current', 'voltage', 'resistance', 'displacement', 'force')
         )
         thermometer = Temperature()
-        thermometer.header.frame_id = settings['joint_name']
+        thermometer.header.frame_id = self.frame
         self._temperature, (self._celsius, self._variance) = node.stamped(
             self.topic('temperature'), thermometer, 'temperature', 'variance'
         )
         joint = joint_states([settings['joint_name']])
-        joint.header.frame_id = settings['joint_name']
+        joint.header.frame_id = self.frame
         self._joint, (self._position, self._velocity, self._effort) = node.stamped(
             self.topic('joint_states'), joint, 'position', 'velocity', 'effort'
         )
@@ -197,7 +197,7 @@ class SimMuscle(SafeMuscle):
     def facts(self) -> Mapping[str, str]:
         """The muscle behind the sensors."""
         return {
-            'fibre_temperature_c': celsius(self._reading.fibre_temperature),
+            'fibre_temperature_c': number(self._reading.fibre_temperature - ZERO_CELSIUS),
             'in_domain': str(self._reading.in_domain).lower(),
             'slack': str(self._reading.slack).lower(),
             'effects': ', '.join(self.settings['effects']) or 'none',

@@ -13,8 +13,9 @@ from tcp_muscle_ros.muscle.edges import read_numbers
 Default = float | int | bool | str | tuple[float, ...]
 
 DEFAULT_SET = 'karami_tadesse_2017'  # the muscle, where none is named
-SIM, CONTROL = 'sim_node', 'controller_node'
+SIM, CONTROL, DRIVER = 'sim_node', 'controller_node', 'serial_driver_node'
 BOTH = (SIM, CONTROL)
+ALL = (SIM, CONTROL, DRIVER)
 _HUGE = 1e9
 
 
@@ -48,9 +49,16 @@ class Operating:
 
 
 _ROWS = (
-    Operating('rate_hz', 100.0, 'Hz', 'ticks a second', BOTH, 1.0, 2000.0, read_only=True, per_node=True),
-    Operating('joint_name', 'tcp_muscle', '', 'joint, and frame of the stamped messages', BOTH, read_only=True),
-    Operating('start_enabled', True, '', 'whether current may flow from the start', BOTH, read_only=True),
+    Operating('rate_hz', 100.0, 'Hz', 'ticks a second', ALL, 1.0, 2000.0, read_only=True, per_node=True),
+    Operating(
+        'joint_name',
+        'tcp_muscle',
+        '',
+        'joint; <joint_name>_moving_end is the frame of stamped messages',
+        ALL,
+        read_only=True,
+    ),
+    Operating('start_enabled', True, '', 'whether current may flow from the start', ALL, read_only=True),
     Operating(
         'load_n',
         0.06 * 9.80665,
@@ -63,14 +71,14 @@ _ROWS = (
     ),
     Operating('ambient_temperature_c', 23.0, 'degC', 'ambient until one arrives', BOTH, -40.0, 100.0),
     Operating(
-        'current_limit_a', 0.27, 'A', 'largest current; 0.27 A is the range that the paper tested', BOTH, 0.0, 100.0
+        'current_limit_a', 0.27, 'A', 'largest current; 0.27 A is the range that the paper tested', ALL, 0.0, 100.0
     ),
-    Operating('slew_limit_a_per_s', 0.0, 'A/s', 'largest change of the current; 0 = no limit', BOTH),
-    Operating('derate_temperature_c', 100.0, 'degC', 'above it the current limit falls linearly', BOTH, -40.0, 250.0),
+    Operating('slew_limit_a_per_s', 0.0, 'A/s', 'largest change of the current; 0 = no limit', ALL),
+    Operating('derate_temperature_c', 100.0, 'degC', 'above it the current limit falls linearly', ALL, -40.0, 250.0),
     Operating(
-        'max_temperature_c', 115.0, 'degC', 'at it the current is off until the fault is cleared', BOTH, -40.0, 250.0
+        'max_temperature_c', 115.0, 'degC', 'at it the current is off until the fault is cleared', ALL, -40.0, 250.0
     ),
-    Operating('command_timeout_s', 0.5, 's', 'older commands count as 0 A; 0 = never', (SIM,), 0.0, 3600.0),
+    Operating('command_timeout_s', 0.5, 's', 'older commands count as 0 A; 0 = never', (SIM, DRIVER), 0.0, 3600.0),
     Operating(
         'real_time_factor',
         1.0,
@@ -138,7 +146,7 @@ _ROWS = (
     Operating(
         'spring_rest_length_m', 0.0, 'm', 'length of the spring without force', (SIM,), 0.0, 100.0, read_only=True
     ),
-    Operating('min_sense_current_a', 0.0, 'A', 'below it no resistance is published', (SIM,), 0.0, 100.0),
+    Operating('min_sense_current_a', 0.0, 'A', 'below it no resistance is published', (SIM, DRIVER), 0.0, 100.0),
     Operating('seed', 0, '', 'of the sensor noise', (SIM,), read_only=True),
     *(
         # The controller asks the steps of its feedback whether a value that does not change is a frozen one.
@@ -155,6 +163,17 @@ _ROWS = (
     *(
         Operating(f'{channel}_lag_s', 0.0, 's', f'first-order lag of the {channel} sensor', (SIM,), 0.0, 100.0)
         for channel in ('temperature', 'resistance', 'displacement', 'force')
+    ),
+    Operating('port', '/dev/ttyACM0', '', 'serial port of the board', (DRIVER,), read_only=True),
+    Operating('baud_rate', 115200, '', 'of the serial port', (DRIVER,), 1200, 4_000_000, read_only=True),
+    Operating(
+        'reply_timeout_s',
+        0.2,
+        's',
+        'a command that the board has not answered so long stops the current',
+        (DRIVER,),
+        0.02,
+        10.0,
     ),
     Operating('mode', 'model', '', 'model inverse with feedback, or plain PID', (CONTROL,), choices=('model', 'pid')),
     Operating(

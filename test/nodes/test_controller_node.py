@@ -144,7 +144,7 @@ def test_it_waits_for_enable_and_for_a_setpoint_that_makes_sense(bench, pair):
         pair.setpoint.publish(Float64(data=nonsense))
         wanted = f'displacement_setpoint {count}'
         bench.until(lambda wanted=wanted: pair.facts().get('refused_inputs') == wanted, 'not counted')
-    assert pair.facts()['setpoint_m'] == 'none' and 'no setpoint yet' in pair.facts()['message']
+    assert pair.facts()['setpoint_m'] == 'nan' and 'no setpoint yet' in pair.facts()['message']
     pair.setpoint.publish(Float64(data=0.005))
     bench.until(lambda: pair.facts()['setpoint_m'] == '0.005', 'the setpoint is not taken')
     assert set(pair.command.values) == {0.0}, 'disabled'
@@ -189,7 +189,7 @@ def test_disable_and_reset(bench, pair):
     bench.until(lambda: pair.command.last.data > 0.0, 'it does not work again')
     assert pair.call(Trigger, 'reset').success
     bench.until(lambda: pair.command.last.data == 0.0, 'after a reset the last current flows on')
-    assert pair.facts()['setpoint_m'] == 'none'
+    assert pair.facts()['setpoint_m'] == 'nan'
 
 
 def test_resistance_alone_closes_the_loop_and_a_probe_wakes_a_rig_that_shows_none_without_current(bench, diagnostics):

@@ -164,7 +164,7 @@ def test_every_muscle_speaks_every_tick_with_one_stamp_and_one_message_holds_all
     # Nothing is lost between the first and the last tick that all have.
     shared = {moment for moment in ticks[0] if oldest <= moment <= newest}
     assert len(shared) > 30 and all(shared <= stamps for stamps in ticks)
-    assert hand.temperatures['ring_flexor'].last.header.frame_id == 'ring_flexor'
+    assert hand.temperatures['ring_flexor'].last.header.frame_id == 'ring_flexor_moving_end'
 
 
 @pytest.mark.processes

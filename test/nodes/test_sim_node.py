@@ -72,7 +72,7 @@ def test_one_tick_carries_one_stamp_and_ticks_are_a_period_apart(bench, sim):
     came, message = sim.temperature[50]
     behind = time.time_ns() - (time.monotonic() - came) * 1e9 - stamp(message)
     assert abs(behind) < 0.5e9, 'stamps are not on the system clock'
-    assert message.header.frame_id == 'tcp_muscle' == sim.joints.last.header.frame_id
+    assert message.header.frame_id == 'tcp_muscle_moving_end' == sim.joints.last.header.frame_id
     assert sim.joints.last.name == ['tcp_muscle']
 
 

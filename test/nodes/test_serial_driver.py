@@ -1,0 +1,241 @@
+"""serial_driver_node against a board on a pseudo-terminal that does what boards do: in the end, 0 A at the muscle."""
+
+import os
+import signal
+import threading
+import time
+import tty
+from contextlib import suppress
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+pytest.importorskip('serial', reason='needs pyserial, the extra hardware')
+
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import JointState, Temperature
+from std_srvs.srv import Trigger
+
+from tcp_muscle_ros.nodes.serial_line import Lines, checksum, command, framed, sample
+
+WATCHDOG = 0.25  # s, the board's own
+
+
+class SimulatedBoard:
+    """The firmware of docs/hardware.md on the far end of a pseudo-terminal, and the ways in which it can go wrong."""
+
+    def __init__(self, link):
+        self._link = link
+        self.current = 0.0  # A, what flows
+        self.last = 0  # number of the last command
+        self.delay = 0.0  # s, by which answers are late
+        self.garbage = self.silent = False
+        self.extra = 0.0  # A, more than was asked for
+        self._heard_at = 0.0
+        self._stop = threading.Event()
+        self.connect()
+        self.start_again()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def connect(self):
+        """A cable."""
+        self._fd, slave = os.openpty()
+        tty.setraw(self._fd)
+        self._link.unlink(missing_ok=True)
+        self._link.symlink_to(os.ttyname(slave))
+        os.close(slave)
+        os.set_blocking(self._fd, False)
+        self._lines, self._waiting = Lines(), []
+
+    def cut(self):
+        """The cable is pulled."""
+        fd, self._fd = self._fd, None
+        os.close(fd)
+
+    def start_again(self):
+        """A reset: 0 A, uptime from 0."""
+        self._begun, self.current, self.last = time.monotonic(), 0.0, 0
+
+    def end(self):
+        self._stop.set()
+        self._thread.join()
+        if self._fd is not None:
+            os.close(self._fd)
+
+    def _run(self):
+        while not self._stop.wait(0.002):
+            now = time.monotonic()
+            with suppress(OSError):  # nobody at the other end, or the cable was cut meanwhile
+                self._exchange(now)
+            if now - self._heard_at > WATCHDOG:
+                self.current = 0.0
+
+    def _exchange(self, now):
+        if self._fd is None:
+            return
+        try:
+            received = os.read(self._fd, 4096)
+        except BlockingIOError:
+            received = b''
+        for line in self._lines.feed(received):
+            body, _, digits = line.rpartition(b'*')
+            if int(digits, 16) == checksum(body):
+                _, number, microampere = body.decode().split(',')
+                self.last, self.current, self._heard_at = int(number), int(microampere) / 1e6, now
+                self._waiting.append((now + self.delay, self._answer(now)))
+        while self._waiting and self._waiting[0][0] <= now:
+            _, line = self._waiting.pop(0)
+            if self.garbage:
+                line = line.replace(b',', b'.', 1)
+            if not self.silent:
+                os.write(self._fd, line)
+
+    def _answer(self, now):
+        uptime = round(1e3 * (now - self._begun))
+        current = self.current + self.extra
+        return framed(f'S,{self.last},{uptime},{round(1e6 * current)},{round(14e6 * current)},3000000,310000')
+
+
+def test_a_line_goes_there_and_back_and_a_broken_one_is_none():
+    line = framed('S,7,1500,100000,1400000,3000000,310000')
+    heard = sample(line)
+    assert (heard.command, heard.uptime, heard.current, heard.voltage) == (7, 1.5, 0.1, 1.4)
+    assert (heard.displacement, heard.temperature) == (0.003, 310.0)
+    assert sample(framed('S,7,1500,0,0,,')).temperature is None
+    assert checksum(b'123456789') == 0x29B1  # the CRC's published check value
+    for place in range(len(line) - 1):
+        broken = line[:place] + bytes([line[place] ^ 1]) + line[place + 1 :]
+        assert sample(broken) is None, broken
+    for wrong in (b'', b'*', b'S,1*', framed('S,1,2'), framed('C,1,2,3,4,5,6'), framed('S,a,2,3,4,5,6'), b'\xff*0000'):
+        assert sample(wrong) is None
+    assert command(3, 0.25).startswith(b'C,3,250000*')
+
+
+def test_lines_come_in_pieces_and_noise_without_end_is_thrown_away():
+    lines = Lines()
+    assert lines.feed(b'S,1') == [] and lines.feed(b',2*\nS') == [b'S,1,2*']
+    for _ in range(100):
+        lines.feed(b'x' * 100)
+    assert lines.feed(b'\nwhole\n')[-1] == b'whole'
+
+
+@pytest.fixture(scope='module')
+def rig(bench):
+    class Rig:
+        board = SimulatedBoard(bench.folder / 'board')
+        program = bench.start('serial_driver_node', 'rig', port=bench.folder / 'board')
+        current = bench.listen('/rig/current')
+        temperature = bench.listen('/rig/temperature', Temperature)
+        resistance = bench.listen('/rig/resistance')
+        joints = bench.listen('/rig/joint_states', JointState)
+        diagnostics = bench.listen('/diagnostics', DiagnosticArray)
+        command = bench.speaker('/rig/current_command')
+
+        def said(self):
+            return next((s.message for _, a in reversed(self.diagnostics) for s in a.status if 'rig' in s.name), '')
+
+        def stops(self, why):
+            bench.until(lambda: self.board.current == 0.0, f'{why}: the current stays on', 5.0)
+            bench.until(lambda: why in self.said(), f'not said: {why}, but {self.said()}', 5.0)
+
+        def flows(self):
+            bench.until(lambda: self.board.current == 0.1, 'no current flows', 10.0)
+
+    made = Rig()
+    yield made
+    made.board.end()
+
+
+@pytest.mark.processes
+def test_what_is_commanded_flows_and_what_is_measured_is_said(bench, rig):
+    with bench.repeating(rig.command, 0.1):
+        rig.flows()
+        bench.until(lambda: rig.current and rig.current.last.data == 0.1, 'the current is not said')
+        bench.until(lambda: rig.resistance and rig.temperature and rig.joints, 'not measured')
+        assert rig.resistance.last.data == pytest.approx(14.0)
+        assert rig.temperature.last.temperature == pytest.approx(36.85)
+        assert rig.joints.last.position[0] == pytest.approx(0.003)
+        assert rig.temperature.last.header.frame_id == rig.joints.last.header.frame_id == 'tcp_muscle_moving_end'
+    rig.stops('no command for 0.5 s')
+
+
+@pytest.mark.processes
+def test_garbage_stops_the_current_and_it_comes_back(bench, rig):
+    with bench.repeating(rig.command, 0.1):
+        rig.flows()
+        rig.board.garbage = True
+        rig.stops('no answer from the board to what was asked in the last 0.2 s')
+        rig.board.garbage = False
+        rig.flows()
+
+
+@pytest.mark.processes
+def test_late_answers_stop_the_current_and_it_comes_back(bench, rig):
+    with bench.repeating(rig.command, 0.1):
+        rig.flows()
+        rig.board.delay = 0.6
+        rig.stops('no answer from the board')
+        rig.board.delay = 0.0
+        rig.flows()
+
+
+@pytest.mark.processes
+def test_a_cut_cable_stops_the_current_and_a_new_one_is_found(bench, rig):
+    with bench.repeating(rig.command, 0.1):
+        rig.flows()
+        rig.board.cut()
+        rig.stops('the serial port is gone')
+        rig.board.connect()
+        rig.flows()
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize('fault', ['reset', 'excess'])
+def test_what_must_be_looked_at_first_latches(bench, rig, fault):
+    with bench.repeating(rig.command, 0.1) as change:
+        rig.flows()
+        if fault == 'reset':
+            rig.board.start_again()
+            rig.stops('the board started again in the middle of its work')
+        else:
+            rig.board.extra = 0.1
+            rig.stops('the board gives 0.200 A where 0.100 A was asked for')
+            rig.board.extra = 0.0
+        change(0.0)
+        bench.until(
+            lambda: bench.call(Trigger, '/rig/serial_driver_node/clear_fault').success, 'cannot be cleared', 5.0
+        )
+        change(0.1)
+        rig.flows()
+
+
+@pytest.mark.processes
+def test_the_last_word_to_the_board_is_0_and_after_kill_9_its_own_watchdog_stops_it(bench, rig):
+    with bench.repeating(rig.command, 0.1):
+        rig.flows()
+        rig.program.kill()
+        killed = time.monotonic()
+        bench.until(lambda: rig.board.current == 0.0, 'the board heats on', 5.0)
+        assert time.monotonic() - killed < WATCHDOG + 0.3
+        again = bench.start('serial_driver_node', 'rig', port=bench.folder / 'board')
+        rig.flows()
+        word = rig.board.last
+        assert again.end(signal.SIGINT) == 0, again.said()
+        assert rig.board.current == 0.0 and rig.board.last >= word
+        assert time.monotonic() - rig.board._heard_at < 5.0
+    assert 'Traceback' not in again.said()
+
+
+@pytest.mark.processes
+def test_a_port_that_is_not_there_is_waited_for_and_named(bench):
+    program = bench.start('serial_driver_node', 'lonely', port='/dev/no_such_port')
+    diagnostics = bench.listen('/diagnostics', DiagnosticArray)
+    bench.until(
+        lambda: any('no_such_port' in s.message for _, a in diagnostics for s in a.status if 'lonely' in s.name),
+        'not said',
+        60.0,
+    )
+    assert program.end(signal.SIGTERM) == 0
+    assert 'Traceback' not in program.said()
+    bench.forget(diagnostics)
