@@ -8,11 +8,12 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
 
-from tcp_muscle_ros.settings.launch_arguments import number, read_arguments
+from tcp_muscle_ros.settings.launch_arguments import joint_of, number, read_arguments
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle and of its controller'),
     ('params_file', '', 'parameter file under /**:, shared by both nodes'),
+    ('joint_name', '', 'joint of the muscle; empty: as in the parameter file, else the last part of the namespace'),
     ('rate_hz', '', 'ticks a second of both nodes; empty: as in the parameter file, else 100'),
     ('real_time_factor', '', 'simulated over real time; anything but 1 puts the controller on /clock'),
 ]
@@ -23,6 +24,8 @@ def nodes(context):
     shared = [value['params_file']] if value['params_file'] else []
     if value['rate_hz']:
         shared.append({'rate_hz': number('rate_hz', value['rate_hz'])})
+    if joint := joint_of(value, 'sim_node'):
+        shared.append(joint)
     simulated, controlled = list(shared), list(shared)
     if value['real_time_factor']:
         factor = number('real_time_factor', value['real_time_factor'])

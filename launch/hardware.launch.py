@@ -12,12 +12,13 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
 
-from tcp_muscle_ros.settings.launch_arguments import number, read_arguments
+from tcp_muscle_ros.settings.launch_arguments import joint_of, number, read_arguments
 from tcp_muscle_ros.settings.parameter_file import values_for
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle'),
     ('params_file', '', 'parameter file of this muscle under /**:, as tcp_muscle calibrate writes it'),
+    ('joint_name', '', 'joint of the muscle; empty: as in the parameter file, else the last part of the namespace'),
     ('rate_hz', '', 'ticks a second of the controller; empty: as in the parameter file, else 100'),
     ('current_limit_a', '0.1', 'the most current that is ever commanded, A; start low'),
 ]
@@ -31,6 +32,8 @@ def nodes(context):
     muscles = values_for(Path(file), 'controller_node').get('muscles') if file else None
     prefixes = ['', *(f'{name}.' for name in muscles or [] if name)]
     parameters = [file] if file else []
+    if joint := joint_of(value, 'controller_node'):
+        parameters.append(joint)
     if value['rate_hz']:
         parameters.append({'rate_hz': number('rate_hz', value['rate_hz'])})
     parameters.append({prefix + name: limit for prefix in prefixes for name, limit in safe.items()})

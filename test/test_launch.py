@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.settings.launch_arguments import read_arguments
+from tcp_muscle_ros.settings.launch_arguments import joint_of, read_arguments
 
 ROOT = Path(__file__).resolve().parents[1]
 LAUNCH_FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
@@ -35,6 +35,7 @@ def test_all_of_them_are_there():
         'hand.launch.py',
         'hardware.launch.py',
         'record.launch.py',
+        'ros2_control.launch.py',
         'sim.launch.py',
         'twin.launch.py',
     ]
@@ -90,6 +91,23 @@ def test_within_another_launch_file_its_arguments_are_left_alone():
     argv = ['ros2', 'launch', 'my_robot', 'bringup.launch.py', 'robot:=left']
     values = read_arguments(str(path), rows, {'robot': 'left', **{name: default for name, default, _ in rows}}, argv)
     assert values['namespace'] == '' and 'robot' not in values
+
+
+def test_the_joint_follows_the_namespace_unless_told_otherwise(tmp_path):
+    file = tmp_path / 'muscle.yaml'
+    for text, namespace, given, expected in (
+        ('hA: 0.02', '/left/finger_1', '', {'joint_name': 'finger_1'}),
+        ('hA: 0.02', '', '', {}),
+        ('hA: 0.02', 'finger_1', 'knuckle', {'joint_name': 'knuckle'}),
+        ('joint_name: thumb', 'finger_1', '', {}),
+        ('muscles: [thumb, index]', 'hand', '', {}),
+    ):
+        file.write_text(f'/**:\n  ros__parameters:\n    {text}\n')
+        values = {'joint_name': given, 'namespace': namespace, 'params_file': str(file)}
+        assert joint_of(values, 'sim_node') == expected, (text, namespace, given)
+    assert joint_of({'joint_name': '', 'namespace': 'finger_1', 'params_file': ''}, 'sim_node') == {
+        'joint_name': 'finger_1'
+    }
 
 
 def test_a_switch_is_true_or_false():

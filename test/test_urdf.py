@@ -70,6 +70,27 @@ def test_ros2_control_goes_over_the_topics(robot):
     ]
 
 
+def test_without_a_namespace_its_topics_are_not_those_of_joint_state_broadcaster():
+    control = expanded(name='finger_1').find('ros2_control/hardware')
+    topics = {param.get('name'): param.text for param in control.findall('param')}
+    assert topics['joint_states_topic'] == '/finger_1/joint_states'
+    assert topics['joint_commands_topic'] == '/finger_1/joint_commands'
+
+
+def test_the_controllers_are_for_the_joint_of_the_urdf():
+    controllers = yaml.safe_load((ROOT / 'config' / 'controllers.yaml').read_text())
+    joint = expanded().find('ros2_control/joint')
+    own = controllers['muscle_position_controller']['ros__parameters']
+    assert own['joints'] == [joint.get('name')]
+    assert own['interface_name'] in {one.get('name') for one in joint.findall('command_interface')}
+    kinds = {
+        k: v['type'] for k, v in controllers['controller_manager']['ros__parameters'].items() if k != 'update_rate'
+    }
+    packages = {kind.partition('/')[0] for kind in kinds.values()} | {'joint_state_topic_hardware_interface'}
+    depends = {one.text for one in ElementTree.parse(ROOT / 'package.xml').getroot().findall('exec_depend')}
+    assert packages <= depends
+
+
 def test_defaults_are_the_papers_muscle_under_60_g():
     robot = expanded()
     joint = robot.find("joint[@name='tcp_muscle']")

@@ -15,6 +15,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--duration', type=float, metavar='S', help='stop so long after the first message')
     parser.add_argument('--namespace', default='', metavar='NS', help="where the muscle's topics are (default: /)")
     add_force_argument(parser)
+    parser.add_argument(
+        '--topic',
+        action='append',
+        default=[],
+        metavar='TOPIC',
+        help="one more topic, of any type, relative to the muscle's namespace or absolute; may be repeated",
+    )
     parser.add_argument('--use-sim-time', action='store_true', help='log times from /clock')
 
 
@@ -40,5 +47,6 @@ def run(args: argparse.Namespace) -> int:
         duration=args.duration,
         use_sim_time=args.use_sim_time,
         force=args.force,
+        topics=args.topic,
         say=lambda sentence: print(sentence, flush=True),
     )

@@ -6,10 +6,12 @@ if __name__ == '__main__':  # python -m: before the rest is loaded, as entry.py 
     end_quietly_when_asked()
 
 from collections.abc import Callable, Sequence
+from math import isnan
 
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
+from tcp_muscle_ros.errors import nearest
 from tcp_muscle_ros.nodes.controlled_joint import ControlledJoint
 from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, make_controller
 from tcp_muscle_ros.nodes.lifetime import run
@@ -35,6 +37,7 @@ class ControllerNode(SafeNode[ControlledMuscle]):
         self._setpoints: dict[str, Callable[[Float64], None]] = {
             muscle.settings['joint_name']: muscle.take_setpoint for muscle in self.muscles if not muscle.on_joint
         }
+        self._foreign: set[str] = set()  # joints that were commanded and are not here
         self._setpoints |= {name: joint.take_setpoint for name, joint in self._joints.items()}
         self.listen(JointState, 'joint_commands', self._take_joint_commands, COMMAND_QOS)
 
@@ -68,8 +71,18 @@ class ControllerNode(SafeNode[ControlledMuscle]):
     def _take_joint_commands(self, message: JointState) -> None:
         for name, position in zip(message.name, message.position, strict=False):
             take = self._setpoints.get(name)
-            if take is not None:
+            if take is None:
+                self._warn_of(name)
+            elif not isnan(position):  # ros2_control sends NaN as long as no controller claims the joint
                 take(Float64(data=position))
+
+    def _warn_of(self, name: str) -> None:
+        """Once of each joint that nobody here has: it may be another's, or a wrong joint_name."""
+        if name not in self._foreign:
+            self._foreign.add(name)
+            self.get_logger().warning(
+                f"joint_commands names '{name}', no joint of this node{nearest(name, self._setpoints)}"
+            )
 
     def work(self, stamp: int, dt: float, now: float, publish: bool) -> None:
         """Each muscle's current."""

@@ -5,12 +5,13 @@ are taken in turns every few milliseconds instead of through an executor, whose 
 rest (at 1 kHz and six topics), and keep the time at which the middleware received them.
 """
 
+import importlib
 import os
 import shutil
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from rclpy.exceptions import InvalidNamespaceException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
+from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
@@ -33,7 +35,7 @@ from tcp_muscle_ros.recording.recording import CHANNELS
 
 DIAGNOSTICS = '/diagnostics'
 TOPICS: dict[str, type] = {kind.topic: Temperature if kind.stamped else Float64 for kind in CHANNELS.values()}
-TOPICS |= {'joint_states': JointState, DIAGNOSTICS: DiagnosticArray}
+TOPICS |= {'joint_states': JointState, 'shaped_setpoint': Float64, DIAGNOSTICS: DiagnosticArray}
 
 _TURN_S = 0.004
 _QUEUE = 5000  # messages a topic: more than two seconds at 2 kHz, should the disk stall
@@ -50,12 +52,14 @@ def record(
     duration: float | None = None,
     use_sim_time: bool = False,
     force: bool = False,
+    topics: Sequence[str] = (),
     say: Callable[[str], None] = print,
 ) -> int:
     """Record until SIGINT, SIGTERM, or `duration` s after the first message; returns the exit code 0.
 
     use_sim_time  log times are those of /clock instead of the system's
     force         a bag that is there already goes, once the new one is whole
+    topics        more topics, relative to the namespace or absolute; their types are those that are published there
 
     BadInput: `output` exists or cannot be written, no such namespace, or no message of a muscle came.
     """
@@ -67,7 +71,7 @@ def record(
             ending.callback(signal.signal, number, handler)
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         ending.callback(rclpy.try_shutdown)
-        recorder = Recorder(output, namespace, use_sim_time, say)
+        recorder = Recorder(output, namespace, use_sim_time, say, wanted=topics)
         ending.callback(recorder.close)
         recorder.run(duration, lambda: bool(asked))
         if recorder.lacking:
@@ -78,7 +82,8 @@ def record(
 class Recorder:
     """Subscriptions to one muscle's topics, and the bag that they end in, which is made with the first message.
 
-    ``known`` of the run is kept in the bag; ``more`` are topics to record beside those of a muscle, with their types.
+    ``known`` of the run is kept in the bag; ``more`` are topics to record beside those of a muscle, with their types,
+    and ``wanted`` such topics of whatever type is published there.
     """
 
     def __init__(
@@ -90,6 +95,7 @@ class Recorder:
         *,
         known: Mapping[str, object] | None = None,
         more: Mapping[str, type] | None = None,
+        wanted: Sequence[str] = (),
     ) -> None:
         self._output = output
         self._known = known
@@ -103,6 +109,8 @@ class Recorder:
         topics = {**TOPICS, **(more or {})}
         self._types = {name if name[0] == '/' else f'{prefix}/{name}': kind for name, kind in topics.items()}
         self._subscriptions = {topic: self._subscribe(topic, ReliabilityPolicy.RELIABLE) for topic in self._types}
+        absolute = {name if name[0] == '/' else f'{prefix}/{name}' for name in wanted}
+        self._wanted = sorted(absolute - set(self._types))  # until somebody publishes there
         best_effort = QoSProfile(depth=_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)  # takes any publisher's
         self._clock = self._node.create_subscription(Clock, '/clock', _unused, best_effort) if use_sim_time else None
         self._sim_time_ns: int | None = None
@@ -134,7 +142,8 @@ class Recorder:
     def run(self, duration: float | None, stop: Callable[[], bool]) -> None:
         """Take and write until `stop()`, or `duration` s after the first message."""
         self._say(f'waiting for messages on the topics of a muscle under {self._namespace}')
-        begun = flushed = looked = said = time.monotonic()
+        begun = flushed = said = time.monotonic()
+        looked = begun - _LOOK_S
         first: float | None = None
         while not stop():
             self.take()
@@ -221,6 +230,7 @@ class Recorder:
 
     def _look_at_publishers(self) -> None:
         """A publisher that offers only best effort is taken as such; one of another type is said to be left out."""
+        self._look_for_wanted()
         for topic, kind in self._types.items():
             wanted = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
             for publisher in self._node.get_publishers_info_by_topic(topic):
@@ -232,6 +242,21 @@ class Recorder:
                     self._best_effort.add(topic)
                     self._node.destroy_subscription(self._subscriptions[topic])
                     self._subscriptions[topic] = self._subscribe(topic, ReliabilityPolicy.BEST_EFFORT)
+
+    def _look_for_wanted(self) -> None:
+        """Subscribe to the wanted topics of which the type is known by now."""
+        for topic in list(self._wanted):
+            publishers = self._node.get_publishers_info_by_topic(topic)
+            if not publishers:
+                continue
+            self._wanted.remove(topic)
+            found = publishers[0].topic_type
+            kind = _message_type(found)
+            if kind is None:
+                self._say(f'{topic} is {found}, a type that is not known here: not recorded')
+                continue
+            self._types[topic], self._log_times[topic] = kind, LogTimes()
+            self._subscriptions[topic] = self._subscribe(topic, ReliabilityPolicy.RELIABLE)
 
     def _elsewhere(self) -> str:
         """Where else muscles are, as the end of a sentence."""
@@ -258,6 +283,18 @@ class Recorder:
                     shutil.rmtree(self._replaced, ignore_errors=True)
         finally:
             self._node.destroy_node()
+
+
+def _message_type(name: str) -> type | None:
+    """The class of a message type such as ``geometry_msgs/msg/Wrench``; None where it is not known."""
+    if name not in get_typestore(Stores.ROS2_JAZZY).fielddefs:
+        return None  # the bag needs its definition
+    package, _, message = name.split('/')
+    try:
+        found: type = getattr(importlib.import_module(f'{package}.msg'), message)
+    except (ImportError, AttributeError):
+        return None
+    return found
 
 
 def _unused(_: object) -> None:

@@ -55,6 +55,19 @@ def read_arguments(
     return values
 
 
+def joint_of(values: Mapping[str, str], node: str) -> dict[str, str]:
+    """The parameter ``joint_name`` of a node with one muscle: the argument, else the last part of the namespace.
+
+    Empty where the parameter file says it, or has several muscles, and where there is no namespace.
+    """
+    name = values['joint_name']
+    if not name:
+        given = values_for(Path(values[FILE]), node) if values[FILE] else {}
+        if 'joint_name' not in given and not given.get('muscles'):
+            name = values['namespace'].strip('/').rpartition('/')[2]
+    return {'joint_name': name} if name else {}
+
+
 def number(name: str, text: str) -> float:
     """The number that an argument is. Raises BadInput where it is none."""
     try:

@@ -229,3 +229,46 @@ def test_the_loop_closes_in_simulated_time_too(bench, diagnostics):
     bench.until(lambda: '/clock stands still' in made.program.said(), 'not said')
     made.end()
     bench.forget(joints)
+
+
+def test_the_message_sequence_of_joint_state_topic_system(bench):
+    """As joint_state_topic_hardware_interface 1.1.0 sends and reads: every cycle, NaN until a controller is active.
+
+    Its publisher keeps one message, its subscription is of sensor data (best effort); it looks its joints up by name, and
+    takes velocity and effort by the same index where they are not empty.
+    """
+    from rclpy.qos import qos_profile_sensor_data
+
+    name = 'finger_3'
+    sim = bench.start('sim_node', name, joint_name=name)
+    controller = bench.start('controller_node', name, joint_name=name)
+    states = []
+    bench.node.create_subscription(JointState, f'/{name}/joint_states', states.append, qos_profile_sensor_data)
+    commands = bench.speaker(f'/{name}/joint_commands', JointState)
+    displacement = bench.listen(f'/{name}/displacement')
+    bench.until(lambda: states, 'no state', 120.0)
+
+    def send(position, count, *, also=()):
+        for _ in range(count):
+            message = JointState(name=[name, *also], position=[position, *[0.0] * len(also)])
+            message.header.stamp = bench.node.get_clock().now().to_msg()
+            commands.publish(message)
+            time.sleep(0.01)
+
+    def state():
+        (index,) = (k for k, one in enumerate(states[-1].name) if one == name)
+        return states[-1].position[index], states[-1].velocity[index], states[-1].effort[index]
+
+    send(nan, 50)  # configured, inactive
+    send(state()[0], 20)  # activated: where the joint is
+    send(0.005, 100, also=('wheel',))
+    bench.until(lambda: abs(state()[0] - 0.005) < 2e-4, 'it does not go there')
+    send(0.005, 100)  # a held setpoint is sent on, and nothing times out
+    assert abs(displacement.last.data - 0.005) < 2e-4 and state()[2] > 0.0
+    send(nan, 50)  # deactivated: it holds
+    assert abs(state()[0] - 0.005) < 2e-4
+    said = controller.said()
+    assert 'refused' not in said and 'timed out' not in said, said
+    assert said.count("joint_commands names 'wheel', no joint of this node; known: finger_3") == 1, said
+    for program in (controller, sim):
+        program.kill()

@@ -387,3 +387,30 @@ def test_bad_arguments_are_one_line(record, arguments, says):
     assert error.startswith('tcp_muscle record: ')
     assert says in error
     assert error.count('\n') == 1
+
+
+def test_more_topics_of_any_type_are_recorded_and_so_is_the_shaped_setpoint(bench, tmp_path):
+    from std_msgs.msg import Float64, String
+
+    arguments = ['--topic', 'note', '--topic', '/elsewhere/count', '--topic', 'never', '--namespace', 'more']
+    program = bench.run(['-m', 'tcp_muscle_ros.tool', 'record', '--output', str(tmp_path / 'bag'), *arguments], 'more')
+    publishers = {
+        bench.node.create_publisher(String, '/more/note', 10): String(data='warm'),
+        bench.node.create_publisher(Float64, '/elsewhere/count', 10): Float64(data=3.0),
+        bench.node.create_publisher(Float64, '/more/shaped_setpoint', 10): Float64(data=0.01),
+    }
+
+    def all_heard():
+        for publisher, message in publishers.items():
+            publisher.publish(message)
+        time.sleep(0.05)
+        return all(f'recording {publisher.topic_name}' in program.said() for publisher in publishers)
+
+    bench.until(all_heard, 'not all are recorded', 60.0)
+    assert program.end(signal.SIGINT) == 0, program.said()
+    with AnyReader([tmp_path / 'bag']) as bag:
+        assert {c.topic: c.msgtype for c in bag.connections} == {
+            '/more/note': 'std_msgs/msg/String',
+            '/elsewhere/count': 'std_msgs/msg/Float64',
+            '/more/shaped_setpoint': 'std_msgs/msg/Float64',
+        }

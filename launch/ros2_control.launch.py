@@ -1,0 +1,72 @@
+"""A simulated muscle under ros2_control: a joint with a position command and a state, and a controller for it.
+
+The muscle's own topics stand in its namespace, so its joint_states are not those of joint_state_broadcaster.
+
+ros2 launch tcp_muscle_ros ros2_control.launch.py
+ros2 topic pub --once /muscle_position_controller/commands std_msgs/msg/Float64MultiArray '{data: [0.02]}'
+"""
+
+import tempfile
+from pathlib import Path
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import Command, FindExecutable, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+from tcp_muscle_ros.settings.launch_arguments import read_arguments
+
+ARGUMENTS = [
+    ('joint_name', 'tcp_muscle', 'joint of the muscle, in the URDF and in config/controllers.yaml'),
+    ('namespace', '', 'namespace of the muscle; empty: its joint_name'),
+    ('params_file', '', 'parameter file of the muscle under /**:, shared by both nodes'),
+    ('controllers_file', '', 'parameters of the controllers; empty: config/controllers.yaml with the joint_name'),
+]
+CONTROLLERS = ['joint_state_broadcaster', 'muscle_position_controller']
+
+
+def controllers_for(joint, share):
+    """A copy of config/controllers.yaml for a joint of another name."""
+    text = (Path(share) / 'config' / 'controllers.yaml').read_text(encoding='utf-8')
+    copy = Path(tempfile.mkdtemp(prefix='tcp_muscle_')) / 'controllers.yaml'
+    copy.write_text(text.replace('tcp_muscle', joint), encoding='utf-8')
+    return str(copy)
+
+
+def nodes(context):
+    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('sim_node', 'controller_node'))
+    joint = value['joint_name']
+    namespace = value['namespace'].strip('/') or joint
+    share = FindPackageShare('tcp_muscle_ros')
+    xacro = PathJoinSubstitution([share, 'urdf', 'tcp_muscle.urdf.xacro'])
+    arguments = [' name:=', joint, ' namespace:=', f'/{namespace}']
+    description = Command([FindExecutable(name='xacro'), ' ', xacro, *arguments])
+    controllers = value['controllers_file'] or controllers_for(joint, share.perform(context))
+    parameters = [*([value['params_file']] if value['params_file'] else []), {'joint_name': joint}]
+    muscle = [
+        Node(
+            package='tcp_muscle_ros',
+            executable=executable,
+            namespace=namespace,
+            parameters=parameters,
+            output='screen',
+        )
+        for executable in ('sim_node', 'controller_node')
+    ]
+    return [
+        *muscle,
+        Node(
+            package='robot_state_publisher',
+            executable='robot_state_publisher',
+            parameters=[{'robot_description': ParameterValue(description, value_type=str)}],
+        ),
+        Node(package='controller_manager', executable='ros2_control_node', parameters=[controllers], output='screen'),
+        Node(package='controller_manager', executable='spawner', arguments=[*CONTROLLERS, '--param-file', controllers]),
+    ]
+
+
+def generate_launch_description():
+    declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in ARGUMENTS]
+    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])
