@@ -35,6 +35,15 @@ def test_what_comes_by_pip_is_said_with_what_ubuntu_needs_for_it(known):
     assert 'python3 -m pip install --break-system-packages mcap' in README
 
 
+def test_with_ros_says_what_it_needs_where_no_ros_is_sourced():
+    done = subprocess.run(
+        [ROOT / 'scripts' / 'with_ros'], env={'PATH': '/usr/bin:/bin'}, capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    for package in ('ros2launch', 'ros2bag', 'controller_manager', 'joint_state_topic_hardware_interface'):
+        assert package in done.stderr
+
+
 BROKEN_PLUGIN = 'raise ImportError("a plugin for another pytest")\n'
 
 

@@ -234,8 +234,8 @@ def test_the_loop_closes_in_simulated_time_too(bench, diagnostics):
 def test_the_message_sequence_of_joint_state_topic_system(bench):
     """As joint_state_topic_hardware_interface 1.1.0 sends and reads: every cycle, NaN until a controller is active.
 
-    Its publisher keeps one message, its subscription is of sensor data (best effort); it looks its joints up by name, and
-    takes velocity and effort by the same index where they are not empty.
+    Its publisher keeps one message, its subscription is of sensor data (best effort); it looks its joints up by name,
+    and takes velocity and effort by the same index where they are not empty.
     """
     from rclpy.qos import qos_profile_sensor_data
 

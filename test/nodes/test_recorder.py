@@ -398,6 +398,7 @@ def test_more_topics_of_any_type_are_recorded_and_so_is_the_shaped_setpoint(benc
         bench.node.create_publisher(String, '/more/note', 10): String(data='warm'),
         bench.node.create_publisher(Float64, '/elsewhere/count', 10): Float64(data=3.0),
         bench.node.create_publisher(Float64, '/more/shaped_setpoint', 10): Float64(data=0.01),
+        bench.node.create_publisher(Float64, '/more/displacement', 10): Float64(data=0.01),
     }
 
     def all_heard():
@@ -413,4 +414,5 @@ def test_more_topics_of_any_type_are_recorded_and_so_is_the_shaped_setpoint(benc
             '/more/note': 'std_msgs/msg/String',
             '/elsewhere/count': 'std_msgs/msg/Float64',
             '/more/shaped_setpoint': 'std_msgs/msg/Float64',
+            '/more/displacement': 'std_msgs/msg/Float64',
         }
