@@ -7,8 +7,9 @@ ros2 topic echo /diagnostics
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from tcp_muscle_ros.settings.launch_arguments import read_arguments, switch
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle, its controller and its twin'),
@@ -22,14 +23,14 @@ ARGUMENTS = [
 
 
 def nodes(context):
-    value = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
+    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('sim_node',))
     muscle = [value['params_file'] or {'effects': [value['concealed']]}]
     model = [value['model_file']] if value['model_file'] else []
     twin = {
         'params_file': value['model_file'],
         'rig_file': value['rig_file'],
-        'auto_diagnose': value['auto_diagnose'] == 'true',
-        'auto_adopt': value['auto_adopt'] == 'true',
+        'auto_diagnose': switch('auto_diagnose', value['auto_diagnose']),
+        'auto_adopt': switch('auto_adopt', value['auto_adopt']),
     }
     return [
         Node(

@@ -12,7 +12,7 @@ Row = tuple[str, str, str]  # name, default, meaning
 
 FILE = 'params_file'
 _NUMBERS = ('rate_hz', 'real_time_factor', 'current_limit_a', 'duration_s')
-_SWITCHES = ('controller',)
+_SWITCHES = ('controller', 'auto_diagnose', 'auto_adopt')
 
 
 def read_arguments(
