@@ -113,7 +113,7 @@ def decided(report: Mapping[str, Any]) -> str:
     """Why a report needs no further experiment, '' where it does."""
     if report['unexplained'] is None and report['verdict'] in _MATCHES and report['next_experiment'] is None:
         return 'the model explains everything'
-    single = bool(report['findings']) and all(not one['indistinguishable_from'] for one in report['findings'])
+    single = bool(report['findings']) and all(one['singled_out'] for one in report['findings'])
     if report['unexplained'] is None and single:
         return 'every finding is singled out, and nothing is left unexplained'
     return '' if report['next_experiment'] is not None else 'no experiment is known that would decide more'

@@ -59,7 +59,7 @@ class Rig:
             'verdict': 'missing_physics',
             'headline': f'after {len(bags)}',
             'unexplained': None,
-            'findings': [{'indistinguishable_from': [] if over else ['radiation']}],
+            'findings': [{'singled_out': over}],
             'next_experiment': None if over else {'protocol': 'next.yaml'},
         }
 
@@ -125,8 +125,8 @@ def test_an_experiment_that_the_rig_does_not_allow_ends_it(tmp_path):
         ({'verdict': 'match'}, 'explains everything'),
         ({'unexplained': {}, 'next_experiment': {}}, ''),
         ({'unexplained': {}}, 'no experiment is known'),
-        ({'findings': [{'indistinguishable_from': []}], 'next_experiment': {}}, 'singled out'),
-        ({'findings': [{'indistinguishable_from': ['b']}], 'next_experiment': {}}, ''),
+        ({'findings': [{'singled_out': True}], 'next_experiment': {}}, 'singled out'),
+        ({'findings': [{'singled_out': True}, {'singled_out': False}], 'next_experiment': {}}, ''),
     ],
 )
 def test_what_decides(more, why):
