@@ -125,10 +125,7 @@ def _finding(f: Finding) -> dict[str, Any]:
         'probability': probability_text(f),
         'sentence': f.sentence,
         'told': f'{told[0].upper()}{told[1:]}',
-        'better': '; '.join(
-            f'{error_text(channel, c.before)} in {channel}, with it {error_text(channel, c.after)}'
-            for channel, c in f.improvement.items()
-        ),
+        'better': '; '.join(f'{channel} {change_text(channel, change)}' for channel, change in f.improvement.items()),
         'check': check_on_rig(f.effect),
         'curve': curve_picture(f.unlisted) if f.unlisted is not None else None,
         'equation': f.equation,
