@@ -11,6 +11,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.observe import conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.recording.mending import mend
 from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.settings.ages import as_old_as_then
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, Value
@@ -35,7 +36,8 @@ def physics_only(parameters: Parameters) -> Parameters:
 
 def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Mapping[str, Value]) -> Diagnosis:
     """The diagnosis with the errors that ``tcp_muscle replay`` shows on the same bags, with the nominal parameters,
-    recalibrated, and with improved.yaml on rig.yaml; its headline speaks of these.
+    recalibrated, and with improved.yaml on rig.yaml; its headline speaks of these. What was left out or cut is not in
+    them.
 
     Empties ``recordings``: a long one is let go before it is replayed.
     """
@@ -46,12 +48,12 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
     muscles = [(d.nominal, dict(operating)), (calibrated, room), (on_rig(improved, d.rig), room)]
     errors = [ReplayedErrors() for _ in muscles]
     while recordings:
-        recording = recordings.pop(0)
-        for error, (muscle, given) in zip(errors, muscles, strict=True):
-            then = as_old_as_then(muscle, d.ages, recording.start_ns)
-            stated = conditions(ParameterFile(muscle, given))
-            own = own_of(prepare(recording, muscle, stated, SETTLED_BY), then)
-            error.add(prepare(recording, muscle, stated), then, own)
+        for part in mend(recordings.pop(0)).parts:  # what no model follows counts against none
+            for error, (muscle, given) in zip(errors, muscles, strict=True):
+                then = as_old_as_then(muscle, d.ages, part.start_ns)
+                stated = conditions(ParameterFile(muscle, given))
+                own = own_of(prepare(part, muscle, stated, SETTLED_BY), then)
+                error.add(prepare(part, muscle, stated), then, own)
     before, recalibrated, after = (error.rmse() for error in errors)
     fit = {
         name: replace(f, nominal=before[name], calibrated=recalibrated[name], improved=after[name])
