@@ -19,7 +19,6 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
-from rclpy.parameter_client import AsyncParameterClient
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
@@ -40,7 +39,7 @@ from tcp_muscle_ros.nodes.twin_hearing import HEARD, Heard, Hearing
 from tcp_muscle_ros.settings import intervals
 from tcp_muscle_ros.settings.operating import OPERATING, TWIN, TWIN_NODE
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read
-from tcp_muscle_ros.settings.rig import read_rig
+from tcp_muscle_ros.settings.rig import on_rig, read_rig
 
 PREDICTED = CHANNELS[:3]
 _SETTLES = 1.0  # s, in which the state is estimated before the model starts from it
@@ -62,12 +61,12 @@ class TwinNode(Node):  # type: ignore[misc]
         self._lock = threading.Lock()  # between the ticks and the executor's callbacks
         self._rate = float(self._settings['rate_hz'])
         self._file = read(self._settings['params_file'] or _USUAL)
-        self._sensors = read_rig(self._settings['rig_file']).sensor_effects() if self._settings['rig_file'] else {}
+        self._rig = read_rig(self._settings['rig_file']) if self._settings['rig_file'] else None
         self._load, self._ambient = (
             self._file.number('load_n'),
             self._file.number('ambient_temperature_c') + ZERO_CELSIUS,
         )
-        model = self._seen_by_the_rig(self._file.parameters)
+        model = on_rig(self._file.parameters, self._rig)
         self._twin = Twin(self._predictor(model, self._variants()), 1.0 / self._rate)
         self._estimate = Estimate(model, 1.0 / self._rate, self._load)
         self._memory = Memory(HEARD, round(self._settings['keep_s'] * self._rate))
@@ -97,15 +96,10 @@ class TwinNode(Node):  # type: ignore[misc]
 
     # Models
 
-    def _seen_by_the_rig(self, model: Parameters) -> Parameters:
-        """The muscle as this rig's instruments show it."""
-        effects = dict.fromkeys((*model.effects, *(name.partition('.')[0] for name in self._sensors)))
-        return model.with_effects(*effects).replace(self._sensors)
-
     def _variants(self) -> list[Parameters]:
         path = self._settings['params_file']
         drawn = intervals.variants(path, self._file.parameters) if path and Path(path).is_file() else None
-        return [self._seen_by_the_rig(one) for one in (drawn or {}).values()][:_VARIANTS]
+        return [on_rig(one, self._rig) for one in (drawn or {}).values()][:_VARIANTS]
 
     def _predictor(self, model: Parameters, variants: Sequence[Parameters] = ()) -> Predictor:
         file: ParameterFile = self._file
@@ -201,7 +195,6 @@ class TwinNode(Node):  # type: ignore[misc]
         twin = self._twin
         while twin.events:
             self._tell(twin.events.pop(0))
-            self._give_to_controller(twin.predictor.model)
         state = twin.state
         if state is State.DIFFERS and self._alarm is None:
             self._alarms += 1
@@ -236,23 +229,9 @@ class TwinNode(Node):  # type: ignore[misc]
         model = alarm.improved() if self._settings['auto_adopt'] else None
         if model is not None:
             self._tell('the diagnosed model runs beside the present one, and replaces it where it predicts better')
-            predictor = self._predictor(self._seen_by_the_rig(model))
+            predictor = self._predictor(on_rig(model, self._rig))
             with self._lock:
                 self._twin.propose(predictor, self._then)
-
-    def _give_to_controller(self, model: Parameters) -> None:
-        """The muscle's own parameters to a controller; its limits are its own, and nothing here changes them."""
-        name = self._settings['adopting_controller']
-        if not name:
-            return
-        client = AsyncParameterClient(self, name)
-        if client.services_are_ready():
-            values = [
-                RosParameter(row.name, value=float(row.to_edge(model.given.get(row.name, row.value)))) for row in TABLE
-            ]
-            client.set_parameters(values)
-        else:
-            self._tell(f'{name} does not answer: it keeps its model')
 
     def _tell(self, sentence: str) -> None:
         self.get_logger().info(sentence)

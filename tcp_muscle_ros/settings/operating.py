@@ -236,9 +236,6 @@ _TWIN_ROWS = (
     Operating('rig_file', '', '', "rig.yaml: what the rig's instruments do", (TWIN_NODE,), read_only=True),
     Operating('auto_diagnose', False, '', 'whether an alarm starts a diagnosis, at low priority', (TWIN_NODE,)),
     Operating('auto_adopt', False, '', 'whether a model that predicts better replaces the present one', (TWIN_NODE,)),
-    Operating(
-        'adopting_controller', '', '', 'the node that is given adopted parameters too; empty: none', (TWIN_NODE,)
-    ),
     Operating('report_folder', 'twin_reports', '', 'where alarms leave bags and reports', (TWIN_NODE,), read_only=True),
     Operating('keep_s', 600.0, 's', 'how much is kept in memory', (TWIN_NODE,), 10.0, 3600.0, read_only=True),
     Operating(
