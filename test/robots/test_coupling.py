@@ -181,7 +181,8 @@ def test_what_does_not_fit_is_said():
         weight().cut_wire('musle')
 
 
-def test_a_motion_without_bounds_ends_with_one_line():
+def test_a_motion_without_bounds_ends_with_one_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log of its own where it runs
     it = weight()
     it.data.qvel[0] = 1e12
     with pytest.raises(BadInput, match='ran away at'):
