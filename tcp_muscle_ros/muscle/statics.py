@@ -20,11 +20,11 @@ from tcp_muscle_ros.muscle.table import INDEX
 
 _H0, _K0, _B, _T0 = (INDEX[name] for name in ('H0', 'k0', 'B', 'T0'))
 _STROKE, _STIFFNESS = (COEFFICIENTS[effect.EFFECT.name].start for effect in (free_stroke, free_stiffness))
-_SHARE, _DRIVER, _VALUE, _curve = free_law.SHARE, free_law.DRIVER, free_law.VALUE, free_law.curve
-_STROKE_READY, _STROKE_BENDS = _STROKE + free_stroke.READY, free_stroke.BENDS
-_STIFFNESS_READY, _STIFFNESS_BENDS, _SOFTEST = (
+_SHARE, _DRIVER, _curve = free_law.SHARE, free_law.DRIVER, free_law.curve
+_STROKE_READY, _STROKE_PIECES = _STROKE + free_stroke.READY, free_stroke.PIECES
+_STIFFNESS_READY, _STIFFNESS_PIECES, _SOFTEST = (
     _STIFFNESS + free_stiffness.READY,
-    free_stiffness.BENDS,
+    free_stiffness.PIECES,
     free_stiffness.LEAST,
 )
 _BY_TEMPERATURE, _BY_FORCE = free_stroke.BY_TEMPERATURE, free_stroke.BY_FORCE  # in both laws
@@ -57,13 +57,13 @@ def resistance(p: Parameters, temperature: ArrayLike) -> Array:
 
 
 @inner
-def _table(p: Array, base: int, bends: int, temperature: float, force: float) -> float:
+def _table(p: Array, base: int, pieces: int, temperature: float, force: float) -> float:
     """What a free law adds, without time."""
     value = 0.0
     if p[base + _DRIVER] == _BY_TEMPERATURE:
-        value = p[base + _SHARE] * _curve(p, base, _VALUE, bends, temperature)
+        value = p[base + _SHARE] * _curve(p, base, pieces, temperature)
     elif p[base + _DRIVER] == _BY_FORCE:
-        value = p[base + _SHARE] * _curve(p, base, _VALUE, bends, force)
+        value = p[base + _SHARE] * _curve(p, base, pieces, force)
     return value
 
 
@@ -73,10 +73,10 @@ def _length(p: Array, temperature: float, force: float) -> float:
     height: float = p[_H0] + thermal
     ratio = modulus_ratio(p, temperature)
     if p[_STIFFNESS_READY] > 0.0:
-        ratio *= max(1.0 + _table(p, _STIFFNESS, _STIFFNESS_BENDS, temperature, force), _SOFTEST)
+        ratio *= max(1.0 + _table(p, _STIFFNESS, _STIFFNESS_PIECES, temperature, force), _SOFTEST)
     height += force / (p[_K0] * ratio)
     if p[_STROKE_READY] > 0.0:
-        height += _table(p, _STROKE, _STROKE_BENDS, temperature, force)
+        height += _table(p, _STROKE, _STROKE_PIECES, temperature, force)
     return height
 
 

@@ -15,20 +15,20 @@ from tcp_muscle_ros.muscle.table import INDEX
 _DRIVERS = law.drivers('temperature', 'length', 'force', 'time')
 _PLACES = (TEMPERATURE, LENGTH, FORCE, TIME)
 _MEANING = 'relative rise of C there'
-_BENDS, _LEAST, _MOST = law.OWN, 0.2, 5.0
+_PIECES, _LEAST, _MOST = law.OWN, 0.2, 5.0
 _SHARE, _VALUE = law.SHARE, law.VALUE
 _curve, _driver, _mark = law.curve, law.driver, law.mark
 
 
 def heat(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Scale the capacity."""
-    rise = c[_SHARE] * _curve(c, 0, _VALUE, _BENDS, _driver(q, c, _BENDS))
+    rise = c[_SHARE] * _curve(c, 0, _PIECES, _driver(q, c, _PIECES))
     q[CAPACITY] *= min(max(1.0 + rise, _LEAST), _MOST)
 
 
 def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Is the table asked outside its range?"""
-    _mark(q, c, _driver(q, c, _BENDS))
+    _mark(q, c, _driver(q, c, _PIECES))
 
 
 EFFECT = Effect(
@@ -46,6 +46,6 @@ EFFECT = Effect(
     listed=False,
     columns=law.columns('1', _MEANING),
     prepared=law.PREPARED,
-    prepare=lambda c: law.prepare(c, _VALUE, _BENDS, _PLACES),
+    prepare=lambda c: law.prepare(c, _VALUE, _PIECES, _PLACES),
     free=Freedom(_DRIVERS, width=0.2, bend=0.1),
 )

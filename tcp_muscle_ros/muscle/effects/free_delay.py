@@ -37,8 +37,8 @@ _ELECTRICAL, _THERMAL, _MECHANICAL, _SENSOR = range(len(STAGES))
 _SHOWN = (SHOWN_TEMPERATURE, SHOWN_LENGTH, SHOWN_RESISTANCE, SHOWN_FORCE)  # as CHANNELS
 _MEANING = 'mean delay there'
 _STAGE, _CHANNEL = law.OWN, law.OWN + 1
-_BENDS = _CHANNEL + 1
-_SHOWN_AT = _BENDS + law.PREPARED
+_PIECES = _CHANNEL + 1
+_SHOWN_AT = _PIECES + law.PREPARED
 _SHARE, _VALUE = law.SHARE, law.VALUE
 _curve, _driver, _mark = law.curve, law.driver, law.mark
 
@@ -46,7 +46,7 @@ _curve, _driver, _mark = law.curve, law.driver, law.mark
 @inner
 def _delay(q: Array, c: Array) -> float:
     """The mean delay now, s."""
-    value: float = max(c[_SHARE] * _curve(c, 0, _VALUE, _BENDS, _driver(q, c, _BENDS)), 0.0)
+    value: float = max(c[_SHARE] * _curve(c, 0, _PIECES, _driver(q, c, _PIECES)), 0.0)
     return value
 
 
@@ -103,7 +103,7 @@ def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """The channel shows late. Is the table asked outside its range?"""
     if c[_STAGE] == _SENSOR:
         q[int(c[_SHOWN_AT])] += _behind(q, c, s)
-    _mark(q, c, _driver(q, c, _BENDS))
+    _mark(q, c, _driver(q, c, _PIECES))
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
@@ -112,7 +112,7 @@ def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 
 def _prepare(c: Array) -> None:
-    law.prepare(c, _VALUE, _BENDS, _PLACES)
+    law.prepare(c, _VALUE, _PIECES, _PLACES)
     c[_SHOWN_AT] = _SHOWN[int(c[_CHANNEL])]
 
 

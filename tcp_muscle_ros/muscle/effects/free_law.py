@@ -20,8 +20,7 @@ from tcp_muscle_ros.muscle.quantities import BEYOND
 
 KNOTS = 8
 FEWEST = 2
-# Second derivatives at the knots, the slopes below the first and above the last, and where in q the driver is.
-PREPARED = KNOTS + 3
+PREPARED = 4 * (KNOTS + 1) + 1  # the cubics below, between and above the knots, and where in q the driver is
 # Places in a law's coefficients; its own parameters begin at OWN.
 SHARE, DRIVER, COUNT, AT, VALUE, OWN = 0, 1, 2, 3, 3 + KNOTS, 3 + 2 * KNOTS
 UNITS = {
@@ -82,54 +81,52 @@ def members(name: str) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=64)
-def _bending(at: tuple[float, ...]) -> Array:
-    """The matrix that makes of the values at the knots second derivatives there, and the slopes beyond the ends."""
+def _pieces(at: tuple[float, ...]) -> Array:
+    """The matrix that makes of the values at the knots the cubics (four coefficients each) below, between, above them.
+
+    Each counts from the knot before it, the first from the first knot.
+    """
     n, h = len(at), np.diff(at)
-    matrix = np.zeros((PREPARED - 1, n))
-    if n > FEWEST:
+    values, bends = np.eye(n), np.zeros((n, n))
+    slopes = np.diff(values, axis=0) / h[:, None]
+    if n > FEWEST:  # second derivatives at the knots, none at both ends
         inside = np.diag((h[:-1] + h[1:]) / 3.0) + np.diag(h[1:-1] / 6.0, 1) + np.diag(h[1:-1] / 6.0, -1)
-        slopes = np.zeros((n - 2, n))
-        for k in range(n - 2):
-            slopes[k, k : k + 3] = 1.0 / h[k], -1.0 / h[k] - 1.0 / h[k + 1], 1.0 / h[k + 1]
-        matrix[1 : n - 1] = np.linalg.solve(inside, slopes)
-    for place, first, second, sign in ((KNOTS, 0, 1, -1.0), (KNOTS + 1, n - 2, n - 2, 1.0)):
-        gap = h[first]
-        matrix[place] = sign * gap / 6.0 * matrix[second]
-        matrix[place, first] -= 1.0 / gap
-        matrix[place, first + 1] += 1.0 / gap
-    return matrix
+        bends[1:-1] = np.linalg.solve(inside, np.diff(slopes, axis=0))
+    pieces = np.zeros((KNOTS + 1, 4, n))
+    for k in range(n - 1):
+        pieces[k + 1, 0] = values[k]
+        pieces[k + 1, 1] = slopes[k] - h[k] * (2.0 * bends[k] + bends[k + 1]) / 6.0
+        pieces[k + 1, 2] = 0.5 * bends[k]
+        pieces[k + 1, 3] = (bends[k + 1] - bends[k]) / (6.0 * h[k])
+    pieces[0, :2] = pieces[1, :2]
+    pieces[n, :2] = values[-1], slopes[-1] + h[-1] * bends[-2] / 6.0
+    return pieces.reshape(-1, n)
 
 
-def prepare(c: Array, values: int, bends: int, places: Sequence[int]) -> None:
-    """Fill what the spline needs beside its values, which begin at ``values``: of the drivers, where they are in q."""
+def prepare(c: Array, values: int, pieces: int, places: Sequence[int]) -> None:
+    """Fill what the spline through the values that begin at ``values`` needs; ``places``: of the drivers in q."""
     n = int(c[COUNT])
-    c[bends : bends + PREPARED - 1] = _bending(tuple(c[AT : AT + n])) @ c[values : values + n]
-    c[bends + PREPARED - 1] = places[int(c[DRIVER])]
+    c[pieces : pieces + PREPARED - 1] = _pieces(tuple(c[AT : AT + n])) @ c[values : values + n]
+    c[pieces + PREPARED - 1] = places[int(c[DRIVER])]
 
 
 @inner
-def driver(q: Array, c: Array, bends: int) -> float:
-    """x, of the law that is prepared at ``bends``."""
-    value: float = q[int(c[bends + PREPARED - 1])]
+def driver(q: Array, c: Array, pieces: int) -> float:
+    """x, of the law that is prepared at ``pieces``."""
+    value: float = q[int(c[pieces + PREPARED - 1])]
     return value
 
 
 @inner
-def curve(c: Array, base: int, values: int, bends: int, x: float) -> float:
-    """y(x) for a law whose coefficients begin at ``base`` of ``c``, with its values and their bends at these places."""
-    at, v, m = base + AT, base + values, base + bends
-    last = int(c[base + COUNT]) - 1
-    within = min(max(x, c[at]), c[at + last])
+def curve(c: Array, base: int, pieces: int, x: float) -> float:
+    """y(x) for a law whose coefficients begin at ``base`` of ``c``, prepared at ``pieces`` from there."""
+    at, n = base + AT, int(c[base + COUNT])
     k = 0
-    while k < last - 1 and within > c[at + k + 1]:
+    while k < n and x >= c[at + k]:
         k += 1
-    h = c[at + k + 1] - c[at + k]
-    b = (within - c[at + k]) / h
-    a = 1.0 - b
-    bow = ((a * a - 1.0) * a * c[m + k] + (b * b - 1.0) * b * c[m + k + 1]) * h * h / 6.0
-    y: float = a * c[v + k] + b * c[v + k + 1] + bow
-    if x != within:
-        y += (x - within) * c[m + KNOTS if x < within else m + KNOTS + 1]
+    d = x - c[at + k - 1] if k > 0 else x - c[at]
+    m = base + pieces + 4 * k
+    y: float = c[m] + d * (c[m + 1] + d * (c[m + 2] + d * c[m + 3]))
     return y
 
 

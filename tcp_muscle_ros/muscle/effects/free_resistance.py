@@ -14,20 +14,20 @@ from tcp_muscle_ros.muscle.quantities import FORCE, LENGTH, RESISTANCE, TEMPERAT
 _DRIVERS = law.drivers('temperature', 'length', 'force', 'time')
 _PLACES = (TEMPERATURE, LENGTH, FORCE, TIME)
 _MEANING = 'relative rise of R there'
-BENDS, LEAST = law.OWN, 0.05
+PIECES, LEAST = law.OWN, 0.05
 _SHARE, _VALUE = law.SHARE, law.VALUE
 _curve, _driver, _mark = law.curve, law.driver, law.mark
 
 
 def resistance(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Scale the resistance."""
-    rise = c[_SHARE] * _curve(c, 0, _VALUE, BENDS, _driver(q, c, BENDS))
+    rise = c[_SHARE] * _curve(c, 0, PIECES, _driver(q, c, PIECES))
     q[RESISTANCE] *= max(1.0 + rise, LEAST)
 
 
 def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Is the table asked outside its range?"""
-    _mark(q, c, _driver(q, c, BENDS))
+    _mark(q, c, _driver(q, c, PIECES))
 
 
 EFFECT = Effect(
@@ -44,6 +44,6 @@ EFFECT = Effect(
     listed=False,
     columns=law.columns('1', _MEANING),
     prepared=law.PREPARED,
-    prepare=lambda c: law.prepare(c, _VALUE, BENDS, _PLACES),
+    prepare=lambda c: law.prepare(c, _VALUE, PIECES, _PLACES),
     free=Freedom(_DRIVERS, width=0.05, bend=0.02),
 )

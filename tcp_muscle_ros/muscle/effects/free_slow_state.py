@@ -27,7 +27,7 @@ _PLACES = (CORE_TEMPERATURE, TEMPERATURE_RATE, CURRENT, POWER, LENGTH, FORCE, TI
 _BY_RATE = 1  # place of the driver that no instant knows by itself
 _MEANING = 'elongation there, given time'
 _TAU = law.OWN
-_BENDS = _TAU + 1
+_PIECES = _TAU + 1
 _CHOICE, _SHARE, _VALUE = law.DRIVER, law.SHARE, law.VALUE
 _curve, _driver, _mark = law.curve, law.driver, law.mark
 
@@ -35,7 +35,7 @@ _curve, _driver, _mark = law.curve, law.driver, law.mark
 @inner
 def _wanted(c: Array, x: float) -> float:
     """Where the state goes."""
-    value: float = c[_SHARE] * _curve(c, 0, _VALUE, _BENDS, x)
+    value: float = c[_SHARE] * _curve(c, 0, _PIECES, x)
     return value
 
 
@@ -46,13 +46,13 @@ def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """The state approaches its law."""
-    ds[0] = (_wanted(c, _driver(q, c, _BENDS)) - s[0]) / c[_TAU]
+    ds[0] = (_wanted(c, _driver(q, c, _PIECES)) - s[0]) / c[_TAU]
     ds[1] = 0.0
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """At rest: arrived, and no temperature changes."""
-    s[0] = _wanted(c, 0.0 if c[_CHOICE] == _BY_RATE else _driver(q, c, _BENDS))
+    s[0] = _wanted(c, 0.0 if c[_CHOICE] == _BY_RATE else _driver(q, c, _PIECES))
     s[1] = 0.0
 
 
@@ -63,7 +63,7 @@ def commit(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Is the table asked outside its range?"""
-    _mark(q, c, s[1] if c[_CHOICE] == _BY_RATE else _driver(q, c, _BENDS))
+    _mark(q, c, s[1] if c[_CHOICE] == _BY_RATE else _driver(q, c, _PIECES))
 
 
 EFFECT = Effect(
@@ -85,6 +85,6 @@ EFFECT = Effect(
     listed=False,
     columns=law.columns('m', _MEANING),
     prepared=law.PREPARED,
-    prepare=lambda c: law.prepare(c, _VALUE, _BENDS, _PLACES),
+    prepare=lambda c: law.prepare(c, _VALUE, _PIECES, _PLACES),
     free=Freedom(_DRIVERS, width=3e-3, bend=1e-3),
 )

@@ -14,8 +14,8 @@ _DRIVERS = law.drivers('temperature', 'force', 'time')
 _PLACES = (CORE_TEMPERATURE, FORCE, TIME)
 BY_TEMPERATURE, BY_FORCE = range(2)  # places of drivers
 _MEANING = 'relative rise of k there'
-BENDS, LEAST = law.OWN, 0.05
-READY = BENDS + law.PREPARED  # 1 where the law is on: what is read without hooks asks it (statics.py)
+PIECES, LEAST = law.OWN, 0.05
+READY = PIECES + law.PREPARED  # 1 where the law is on: what is read without hooks asks it (statics.py)
 _CHOICE, _SHARE, _VALUE = law.DRIVER, law.SHARE, law.VALUE
 _curve, _driver, _mark = law.curve, law.driver, law.mark
 
@@ -23,23 +23,23 @@ _curve, _driver, _mark = law.curve, law.driver, law.mark
 def softening(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Scale the stiffness for all that asks it."""
     if c[_CHOICE] != BY_FORCE:
-        rise = c[_SHARE] * _curve(c, 0, _VALUE, BENDS, _driver(q, c, BENDS))
+        rise = c[_SHARE] * _curve(c, 0, PIECES, _driver(q, c, PIECES))
         q[RATIO] *= max(1.0 + rise, LEAST)
 
 
 def elasticity(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """The force is known only now."""
     if c[_CHOICE] == BY_FORCE:
-        q[ELASTIC] /= max(1.0 + c[_SHARE] * _curve(c, 0, _VALUE, BENDS, q[FORCE]), LEAST)
+        q[ELASTIC] /= max(1.0 + c[_SHARE] * _curve(c, 0, PIECES, q[FORCE]), LEAST)
 
 
 def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Is the table asked outside its range?"""
-    _mark(q, c, _driver(q, c, BENDS))
+    _mark(q, c, _driver(q, c, PIECES))
 
 
 def _prepare(c: Array) -> None:
-    law.prepare(c, _VALUE, BENDS, _PLACES)
+    law.prepare(c, _VALUE, PIECES, _PLACES)
     c[READY] = 1.0
 
 

@@ -22,9 +22,9 @@ BY_TEMPERATURE, BY_FORCE = range(2)  # places of drivers
 _MEANING = 'elongation there'
 _COOLING_MEANING = 'elongation there while it cools'
 _COOLING = law.OWN
-BENDS = _COOLING + law.KNOTS
-_COOLING_BENDS = BENDS + law.PREPARED
-READY = _COOLING_BENDS + law.PREPARED  # 1 where the law is on: what is read without hooks asks it (statics.py)
+PIECES = _COOLING + law.KNOTS
+_COOLING_PIECES = PIECES + law.PREPARED
+READY = _COOLING_PIECES + law.PREPARED  # 1 where the law is on: what is read without hooks asks it (statics.py)
 _TWO = READY + 1  # 1 where cooling has values of its own
 _SHARE, _VALUE = law.SHARE, law.VALUE
 _curve, _driver, _mark = law.curve, law.driver, law.mark
@@ -42,17 +42,17 @@ def _branch(temperature: float, s: Array) -> float:
 
 def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """The elongation that the law adds."""
-    x = _driver(q, c, BENDS)
-    value = _curve(c, 0, _VALUE, BENDS, x)
+    x = _driver(q, c, PIECES)
+    value = _curve(c, 0, PIECES, x)
     if c[_TWO] > 0.0:
         cooling = 0.5 * (1.0 - _branch(q[CORE_TEMPERATURE], s))
-        value += cooling * (_curve(c, 0, _COOLING, _COOLING_BENDS, x) - value)
+        value += cooling * (_curve(c, 0, _COOLING_PIECES, x) - value)
     q[EXTRA] += c[_SHARE] * value
 
 
 def sensor(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Is the table asked outside its range?"""
-    _mark(q, c, _driver(q, c, BENDS))
+    _mark(q, c, _driver(q, c, PIECES))
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
@@ -67,8 +67,8 @@ def commit(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 
 def _prepare(c: Array) -> None:
-    law.prepare(c, _VALUE, BENDS, _PLACES)
-    law.prepare(c, _COOLING, _COOLING_BENDS, _PLACES)
+    law.prepare(c, _VALUE, PIECES, _PLACES)
+    law.prepare(c, _COOLING, _COOLING_PIECES, _PLACES)
     n = int(c[law.COUNT])
     c[READY] = 1.0
     c[_TWO] = float((c[_VALUE : _VALUE + n] != c[_COOLING : _COOLING + n]).any())
