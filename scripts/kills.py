@@ -240,7 +240,7 @@ def document(kills: Kills, took: float) -> str:
             '# What holds after kill -9',
             '',
             f'Made by `scripts/kills.py --kills {total}` on {date.today()}, in {took / 60:.0f} min:',
-            'real processes, killed at random instants while a current flowed.',
+            f'real processes, killed at random instants while a current flowed. Each with a margin of {MARGIN:g} s.',
             '',
             f'**{len(kills.failures)} of {total} did not hold.**',
             '',
