@@ -113,13 +113,12 @@ class Board:
     def _judge(self, heard: Sample, now: float) -> None:
         if self.latest is not None and heard.uptime < self.latest.uptime:
             self.fault = 'the board started again in the middle of its work'
-        for number, when, _ in reversed(self._sent):
+        asked = 0.0  # by the command that it answers: a late answer shows what was asked for then
+        for number, when, current in reversed(self._sent):
             if number == heard.command:
                 self._answered = max(when, self._answered or when)
+                asked = current
                 break
-        # It may still show what was asked for before.
-        recent = [current for _, when, current in self._sent if now - when <= self.timeout]
-        asked = max(recent, default=0.0)
         share, most = _TOLERANCE
         if heard.current <= asked * (1.0 + share) + most:
             self._too_much_since = None
