@@ -62,8 +62,8 @@ class Answer:
 
     @property
     def physics(self) -> list[dict[str, Any]]:
-        """Those that claim physics of the muscle, not a fault of the set-up."""
-        return [finding for finding in self.findings if finding.get('stage') != 'sensor']
+        """Those that name physics of the muscle, not a fault of the set-up, nor a law without a name."""
+        return [f for f in self.findings if f.get('stage') != 'sensor' and not f.get('unlisted')]
 
     @property
     def truth(self) -> list[str]:

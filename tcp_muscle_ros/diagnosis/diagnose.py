@@ -16,6 +16,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, Parameters
@@ -85,7 +86,8 @@ class _Work:
         return conclude(self.selection, self.nominal, untried, self.seconds)
 
     def _selected(self, calibration: Calibration, testable: Sequence[str]) -> Selection:
-        return select_twice(as_well_as_read(in_turn(calibration.fit)), testable, self.progress)
+        found = select_twice(as_well_as_read(in_turn(calibration.fit)), testable, self.progress)
+        return with_free_law(found, self.progress)
 
     def _switched(self, fitted: Fit) -> bool:
         """Where a fit shows that the drive switched between two samples of its record: calibrate once more."""

@@ -33,7 +33,7 @@ def test_a_stroke_that_shrinks_from_cycle_to_cycle_is_no_noise(seed):
     time, drivers = cycles()
     noise = NOISE * np.random.default_rng(seed).standard_normal(time.size)
     worn = -0.02 * drivers.displacement * (time / time[-1])  # 0.6 mm of 30 at the end
-    found = structure([worn + noise], [time], [drivers], NOISE, stroke=True)
+    found = structure([worn + noise], [time], [drivers], NOISE, channel='displacement')
     assert found.significant
     assert found.noise.sigma == pytest.approx(NOISE, rel=0.1)
 
@@ -42,6 +42,6 @@ def test_a_stroke_that_shrinks_from_cycle_to_cycle_is_no_noise(seed):
 def test_noise_alone_is_no_structure(seed):
     time, drivers = cycles()
     noise = NOISE * np.random.default_rng(seed).standard_normal(time.size)
-    found = structure([noise], [time], [drivers], NOISE, stroke=True)
+    found = structure([noise], [time], [drivers], NOISE, channel='displacement')
     assert not found.significant
     assert found.noise.sigma == pytest.approx(NOISE, rel=0.1)

@@ -14,11 +14,12 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Series,
     Value,
 )
+from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, rig_of
 from tcp_muscle_ros.diagnosis.answer.improvement import certainty, fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
 from tcp_muscle_ros.diagnosis.answer.notes import on_shared, on_slips
-from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, headline
+from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
 from tcp_muscle_ros.diagnosis.fitting.forms import FORM
@@ -131,17 +132,19 @@ def _findings(selection: Selection) -> tuple[Finding, ...]:
     for c in selection.chosen:
         effect = c.definition
         values = _effect_values(final, c.effect)
+        law = free_law(final, c.effect, c.nearest) if effect.free is not None else None
         found.append(
             Finding(
                 c.effect,
                 effect.stage,
-                finding_sentence(c.effect, values, c.indistinguishable),
+                free_sentence(c.effect, law) if law else finding_sentence(c.effect, values, c.indistinguishable),
                 effect.equation,
                 values,
                 c.confidence * certainty(c.effect, values),
                 c.indistinguishable,
                 own_improvement(selection, c.effect),
                 c.drop,
+                law,
             )
         )
     # Physics before sensors, the stronger first.
@@ -229,7 +232,7 @@ def conclude(
     selection: Selection, nominal: Parameters, untried: Mapping[str, str], seconds: Mapping[str, float]
 ) -> Diagnosis:
     """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why."""
-    remains = unexplained(selection)
+    remains = unexplained(selection) or selection.unnamed
     before = selection.structure_before
     channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
     location = None

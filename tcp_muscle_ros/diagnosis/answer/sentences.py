@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, Value, strengths
+from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, FreeLaw, Value, strengths
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
 
@@ -44,6 +44,17 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
     if others:
         sentence += f' These recordings admit as well: {", ".join(words(o) for o in others)}.'
     return sentence
+
+
+def free_sentence(effect: str, law: FreeLaw) -> str:
+    """What a law without a name does over its driver, and the listed effects that do not."""
+    first, last = (float(law.value[k]) for k in (0, -1))
+    meaning = EFFECTS[effect].columns[-1].meaning
+    sentence = (
+        f'No listed effect explains what is left, a law without a name does: {words(effect)} over '
+        f'{words(law.driver)} ({meaning} from {first:.3g} to {last:.3g} {law.unit}).'
+    )
+    return sentence + (f' It stands in the place of {words(law.nearest)}.' if law.nearest else '')
 
 
 def where(location: Location) -> str:

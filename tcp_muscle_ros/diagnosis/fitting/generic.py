@@ -9,16 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.noise.instruments import largest_noise
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, estimate, slow_size, whiten
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.muscle import Outputs
 from tcp_muscle_ros.muscle.arrays import Array
 
 _LEVELS, _MOMENTS, _ELAPSED, _LENGTHS, _DRIVES = 6, 8, 4, 24, 4
-
-
-# A sensor's slow noise may be this many times its quick noise (of single readings).
-_WANDERING = 5.0
 
 
 @dataclass(frozen=True)
@@ -143,16 +141,16 @@ def structure(
     floor: float,
     repeated: Noise | None = None,
     averaged: float = 1.0,
-    stroke: bool = False,
+    channel: str = '',
 ) -> Structure:
     """Regress one channel's residuals on the generic basis: first plainly to learn the noise, then whitened.
 
     ``floor`` is the quick noise (SI) of samples that are means of ``averaged`` readings: the noise is never taken to be
-    less, nor so much more that no sensor wanders so: what is slow and large is misfit. ``repeated`` is the noise that
+    less, nor more than such an instrument wanders: what is slow and large is misfit. ``repeated`` is the noise that
     repeated cycles show; it is taken where it is the smaller, since structure that this basis misses is not in it.
-    ``stroke``: the channel shows it, which wears and is broken in.
+    ``channel``: which it is; one that shows the stroke wears and is broken in.
     """
-    columns = basis(found, stroke)
+    columns = basis(found, channel in STROKE)
     stacked, together = np.vstack(columns), np.concatenate(residuals)
     weights = _solve(stacked, together)
     left = [r - c @ weights for r, c in zip(residuals, columns, strict=True)]
@@ -165,7 +163,7 @@ def structure(
     noise = Noise(sigma, phi)
     if repeated is not None and slow_size(repeated) < slow_size(noise):
         noise = Noise(max(repeated.sigma, floor), repeated.phi)
-    most = _WANDERING * float(np.sqrt(averaged)) * floor
+    most = largest_noise(channel, float(np.sqrt(averaged)) * floor)
     noise = Noise(min(noise.sigma, most), noise.phi)
     white = np.concatenate([whiten(r, t, noise) for r, t in zip(residuals, times, strict=True)])
     white_columns = np.vstack([whiten(c, t, noise) for c, t in zip(columns, times, strict=True)])

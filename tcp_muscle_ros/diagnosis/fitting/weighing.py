@@ -10,7 +10,6 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.noise.replicates import done_twice, pure_error
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 
 
 @lru_cache(maxsize=8)
@@ -27,7 +26,7 @@ def structures(fitted: Fit) -> dict[str, Structure]:
         mine = [left[k][name] for k in owners]
         averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
         repeated = pure_error(problem.experiments, left, name, twice)
-        found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged, name in STROKE)
+        found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged, name)
     return found
 
 

@@ -27,6 +27,7 @@ from tcp_muscle_ros.diagnosis.search.company import (
     stands_apart,
 )
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirmation, held_out, stretches
+from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
 from tcp_muscle_ros.diagnosis.search.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.muscle import EFFECTS, Effect
@@ -39,13 +40,14 @@ _REVISIONS = 2
 class Chosen:
     """One accepted effect: its drop of the misfit, the unseen data's word on it in the company of the others, the share
     of the calibrated model's misfit that it takes away (the largest over channels), and its rivals (best first, itself
-    too)."""
+    too). ``nearest``: of a law without a name, the listed effects in whose place it stands."""
 
     effect: str
     drop: float
     gain: Gain
     share: float
     rivals: tuple[Rival, ...]
+    nearest: tuple[str, ...] = ()
 
     @property
     def definition(self) -> Effect:
@@ -72,7 +74,7 @@ class Selection:
 
     ``other_conditions``: these are whole recordings, not stretches of those that were fitted. ``leapt``: the calibrated
     model with changes for good that have no name. ``first``: how the first effect was picked. ``kept_back``: the
-    unseen data.
+    unseen data. ``unnamed``: what the listed effects leave, where a law without a name explains it.
     """
 
     calibrated: Fit
@@ -86,6 +88,7 @@ class Selection:
     other_conditions: bool = True
     leapt: Fit | None = None
     kept_back: tuple[Fold, ...] = ()
+    unnamed: Unexplained | None = None
 
     @property
     def told(self) -> 'Selection':

@@ -1,0 +1,187 @@
+"""Laws without a name: where the listed effects leave a misfit, a table over a driver is tried, instead or beside.
+
+A free law bends to much, so it is taken only where it explains half of what is left, by more than its coefficients
+cost, and where unseen data confirm it. It takes the place of a listed effect only where that leaves a misfit and the law
+leaves half of it at most: what the listed form merely misses of the muscle's own is no reason to lose its name.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.fitting.projection import Projection
+from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import Unknown
+from tcp_muscle_ros.diagnosis.search.company import THRESHOLD
+from tcp_muscle_ros.diagnosis.search.holdout import confirmation, held_out
+from tcp_muscle_ros.diagnosis.search.remaining import unexplained
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink
+from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.free_basis import FREE, Basis, basis
+
+_KNOTS = 4
+# The drivers that are tried, and the outputs that tell where they go. A time is no law of a material, and a power tells
+# little that a current does not.
+_OUTPUTS = {
+    'temperature': 'fibre_temperature',
+    'current': 'current',
+    'length': 'length',
+    'force': 'force',
+}
+_TRIED = 2  # laws that are refitted beside, and instead of, what is there
+_HALF = 0.5  # of what is left, that a law takes away at least
+_PROBE = 0.1  # of a coefficient's prior spread, by which its slope is taken
+_MARGIN = 0.02  # of a driver's range, so that the recordings do not end at the last knot
+_ROUNDS = 15
+
+
+@dataclass(frozen=True)
+class Law:
+    """A free law in linear approximation: its table's form, where its coefficients would go, and the drop promised."""
+
+    basis: Basis
+    values: Array
+    gain: float
+
+
+def with_free_law(found: Selection, progress: Callable[[], None] | None = None) -> Selection:
+    """The selection with a law without a name, where one explains what the listed effects leave; else as it is."""
+    unnamed = unexplained(found.told)
+    if unnamed is None or found.leapt is not None or not found.final.problem.work.left:
+        return found
+    left = excess(found.final, found)
+    best, scored = found, np.inf
+    for start, kept in _starts(found):
+        for law in promising(start, progress)[:_TRIED]:
+            better = refitted(start, law)
+            score = penalised(better)
+            remains = excess(better, found)
+            gained = penalised(start) - score
+            enough = remains < _HALF * left and gained > 2.0 * THRESHOLD and score < scored - THRESHOLD
+            if enough and confirmation(start, better)[0].holds:
+                best, scored = replace(_selection(found, start, better, law, kept), unnamed=unnamed), score
+                left = remains / _HALF  # what comes after must be clearly better still
+        if best is not found:
+            break  # one law is enough: beside what is named there is no need to take a name away
+    return best
+
+
+def excess(fitted: Fit, found: Selection) -> float:
+    """The squared error beyond the noise, in units of it, over all channels."""
+    total = 0.0
+    for name, s in found.structure_after.items():
+        count = sum(e.observed[name].time.size for e in fitted.problem.experiments if name in e.observed)
+        total += count * max(fitted.mean_square[name] / s.noise.sigma**2 - 1.0, 0.0)
+    return total
+
+
+def _starts(found: Selection) -> list[tuple[Fit, tuple[Chosen, ...]]]:
+    """What a law is added to, and the effects that stay: instead of the one effect that is named, else beside all."""
+    physics = [c for c in found.chosen if EFFECTS[c.effect].stage != 'sensor']
+    starts = [(found.final, found.chosen)]
+    if len(physics) == 1:
+        kept = tuple(c for c in found.chosen if c is not physics[0])
+        bare = shrink(found.final, physics[0].effect) if kept else found.calibrated
+        starts.insert(0, (bare, kept))
+    return starts
+
+
+def promising(fitted: Fit, progress: Callable[[], None] | None = None) -> list[Law]:
+    """Free laws by the drop of the misfit that they promise in linear approximation, less the price of each
+    coefficient; only those that promise any."""
+    projection = Projection.of(fitted)
+    laws = []
+    for effect in FREE:
+        if effect in fitted.problem.parameters.effects:
+            continue
+        free = EFFECTS[effect].free
+        for driver in free.drivers if free is not None else ():
+            if driver not in _OUTPUTS:
+                continue
+            low, high = _range(fitted, driver)
+            if high <= low:
+                continue
+            if progress:
+                progress()
+            law = _judged(fitted, projection, basis(effect, low, high, driver, _KNOTS, both_ways=True))
+            if law is not None and law.gain > THRESHOLD:
+                laws.append(law)
+    return sorted(laws, key=lambda law: -law.gain)
+
+
+def _range(fitted: Fit, driver: str) -> tuple[float, float]:
+    """Where a driver goes in the recordings; a constant one has none."""
+    seen = np.concatenate([getattr(o, _OUTPUTS[driver]) for o in fitted.outputs])
+    low, high = float(seen.min()), float(seen.max())
+    spare = _MARGIN * (high - low)
+    return (low - spare, high + spare) if high - low > 1e-6 * max(abs(high), 1e-12) else (low, low)
+
+
+def _judged(fitted: Fit, projection: Projection, form: Basis) -> Law | None:
+    """The best coefficients in linear approximation."""
+    free = EFFECTS[form.effect].free
+    assert free is not None
+    problem, unknowns = fitted.problem, fitted.z.size
+    columns = []
+    for k in range(len(form.names)):
+        values = np.zeros(len(form.names))
+        values[k] = _PROBE * free.width
+        changed = replace(problem, parameters=form.on(problem.parameters, values))
+        moved = changed.predictions(fitted.z)
+        parts = [
+            -problem.columns({name: (after[name] - shown)[:, None] for name, shown in before.items()}, j)[:, 0]
+            for j, (before, after) in enumerate(zip(fitted.predictions, moved, strict=True))
+        ]
+        columns.append(np.concatenate([*parts, np.zeros(unknowns)]) / (_PROBE * free.width))
+    stacked = np.column_stack(columns)
+    if not np.all(np.isfinite(stacked)):
+        return None
+    stacked = stacked - projection.orthonormal @ (projection.orthonormal.T @ stacked)
+    normal = stacked.T @ stacked + form.prior.T @ form.prior
+    reached = stacked.T @ projection.left
+    values = np.linalg.solve(normal, -reached)
+    return Law(form, values, float(reached @ -values) - 2.0 * len(values))
+
+
+def refitted(fitted: Fit, law: Law) -> Fit:
+    """The fit with the law on, its coefficients unknown, from where the linear approximation sends them."""
+    problem, added = with_law(fitted.problem, law)
+    start = np.concatenate([fitted.z, [u.to_fit(_inside(u, v)) for u, v in zip(added, law.values, strict=True)]])
+    return fit(problem, start, rounds=_ROUNDS, tolerance=1e-5)
+
+
+def _inside(unknown: Unknown, value: float) -> float:
+    return float(min(max(value, unknown.low), unknown.high))
+
+
+def with_law(problem: Problem, law: Law) -> tuple[Problem, tuple[Unknown, ...]]:
+    """The problem with a law's coefficients as further unknowns, around nothing; and these."""
+    free = EFFECTS[law.basis.effect].free
+    assert free is not None
+    bounds = {name: SPECIFICATIONS[name] for name in law.basis.names}
+    added = tuple(Unknown(name, 0.0, row.low, row.high, free.width) for name, row in bounds.items())
+    parameters = law.basis.on(problem.parameters, np.zeros(len(added)))
+    return replace(problem, parameters=parameters, unknowns=(*problem.unknowns, *added)), added
+
+
+def _selection(found: Selection, start: Fit, better: Fit, law: Law, kept: Sequence[Chosen]) -> Selection:
+    """The selection that has the law, and the listed effects that stay."""
+    final, structure = settle_noise(better, 1)
+    drop = penalised(start) - penalised(better)
+    gain, _ = confirmation(start, better)
+    replaced = [c.effect for c in found.chosen if c not in kept]
+    share = 1.0 - excess(better, found) / max(excess(found.calibrated, found), 1e-300)
+    effect = law.basis.effect
+    chosen = Chosen(effect, drop, gain, share, (Rival(effect, better, penalised(better)),), nearest=tuple(replaced))
+    return replace(
+        found,
+        final=final,
+        chosen=(*kept, chosen),
+        after=held_out(final, found.kept_back),
+        structure_after=structure,
+    )
