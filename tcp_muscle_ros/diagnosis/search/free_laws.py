@@ -1,8 +1,8 @@
 """Laws without a name: where the listed effects leave a misfit, a table over a driver is tried, instead or beside.
 
 A free law bends to much, so it is taken only where it explains half of what is left, by more than its coefficients
-cost, and where unseen data confirm it. It takes the place of a listed effect only where that leaves a misfit and the law
-leaves half of it at most: what the listed form merely misses of the muscle's own is no reason to lose its name.
+cost, and where unseen data confirm it. It takes the place of a listed effect only where that leaves a misfit and the
+law leaves half of it at most: what the listed form merely misses of the muscle's own is no reason to lose its name.
 """
 
 from collections.abc import Callable, Sequence
