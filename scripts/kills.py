@@ -35,6 +35,7 @@ FEEDBACK = 0.2  # s, after which the controller takes a silent muscle for lost
 MARGIN = 0.1  # s: the last command's age, two ticks, and what was under way
 LOST = 1.0  # s, that a recorder may lose
 PATIENCE = 120.0  # s
+STARTING = 300.0  # s
 LOOK = 2.0  # s, for which a current is looked at that must go on
 PROTOCOL = """
 rate_hz: 50
@@ -129,12 +130,12 @@ class Kills:
         """What the investigation writes."""
         return self.folder / f'inquiry_{self._inquiry}'
 
-    def until(self, condition: Callable[[], object], what: str) -> bool:
+    def until(self, condition: Callable[[], object], what: str, patience: float = PATIENCE) -> bool:
         """Wait; what does not come is a failure."""
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + patience
         while not condition():
             if time.monotonic() > deadline:
-                self.failures.append(f'{what} within {PATIENCE:.0f} s')
+                self.failures.append(f'{what} within {patience:.0f} s')
                 return False
             time.sleep(0.01)
         return True
@@ -154,7 +155,9 @@ class Kills:
 
     def begin(self) -> None:
         """Start all but the investigation and wait until they work."""
-        for role in ('muscle', 'controller', 'twin', 'recorder', 'alone'):
+        self.start('muscle')  # alone: the first start of a new version compiles the model, for all
+        self.until(lambda: self.current.messages, 'no muscle', STARTING)
+        for role in ('controller', 'twin', 'recorder', 'alone'):
             self.start(role)
         self.until(lambda: self.current.last > 0.0, 'no current')
         self.until(lambda: self.alone.messages, 'no second muscle')
