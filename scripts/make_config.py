@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
 """Write the parameter files of config/ from the one table in tcp_muscle_ros/muscle/table.py."""
 
+from functools import partial
 from pathlib import Path
 
 from tcp_muscle_ros.muscle import SETS, Parameters
-from tcp_muscle_ros.settings.parameter_file import render
+from tcp_muscle_ros.muscle.edges import EDGES
+from tcp_muscle_ros.muscle.family import FAMILY
+from tcp_muscle_ros.muscle.table import DERIVED
+from tcp_muscle_ros.settings.parameter_file import describe, render
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 HEADINGS = {
@@ -20,7 +24,30 @@ HEADINGS = {
         'Set B: hA read as 0.015 W/K (a slipped decimal) with the mass of 0.16 g that restores the peak of 80 degC.',
         'It cools twice as slowly as set A; see docs/paper.md.',
     ),
+    'sun_zhao_2021': (
+        'Silver-coated nylon thread with free stroke: 175 mm of fibre on 66.75 mm. Sun & Zhao 2021, Physics-based',
+        'modeling of twisted-and-coiled actuators using Cosserat rod theory, IEEE Trans. Robotics: the code published',
+        'with it (github.com/jiefengsun/TCA_TRO). Its resistance is not stated: drive it by power. See',
+        'docs/parameter_sets.md.',
+    ),
+    'mcginty_iron_wire': (
+        'Nylon monofilament of 0.8 mm wrapped with iron wire of 0.25 mm. I. McGinty, MSc thesis, TU Delft, Redundant',
+        'actuation of twisted and coiled polymer muscles to improve tracking performance: its code',
+        '(github.com/imcginty/TCPM-Optimal-Force-Tracking). Heat measured on one muscle, geometry of another; see',
+        'docs/parameter_sets.md.',
+    ),
 }
+
+
+def note(muscle: str, name: str) -> str:
+    """The comment behind a value: for another muscle than the paper's, where it stands in its source."""
+    if muscle not in FAMILY:
+        return describe(name)
+    if name in FAMILY[muscle]:
+        return f'{EDGES[name].unit}; {FAMILY[muscle][name].source}'
+    if name in DERIVED:
+        return describe(name)
+    return f"{EDGES[name].unit}; not stated: that of the paper's muscle"
 
 
 def files() -> dict[Path, str]:
@@ -29,6 +56,7 @@ def files() -> dict[Path, str]:
         CONFIG / f'{name}.yaml': render(
             Parameters.named(name),
             heading=(*HEADINGS[name], '', 'Made by scripts/make_config.py: name: value  # unit; meaning; source'),
+            note=partial(note, name),
         )
         for name in SETS
     }

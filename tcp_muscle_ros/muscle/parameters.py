@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects import EFFECTS
+from tcp_muscle_ros.muscle.family import FAMILY
 from tcp_muscle_ros.muscle.layout import COEFFICIENTS, VECTOR_SIZE
 from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, reference_modulus
 from tcp_muscle_ros.muscle.parameter import Parameter
@@ -32,6 +33,8 @@ SETS: dict[str, dict[str, float]] = {
     'karami_tadesse_2017_as_printed': {'hA': 0.15, 'B': -(0.5**2 - np.pi * 0.75e-3**2) / 0.15},
     # Set B: the decimal-slip reading of hA with the mass (given to one digit) that restores 80 degC.
     'karami_tadesse_2017_set_b': {'hA': 0.015, 'm': 1.6e-4},
+    # Other muscles.
+    **{name: {symbol: stated.value for symbol, stated in muscle.items()} for name, muscle in FAMILY.items()},
 }
 
 

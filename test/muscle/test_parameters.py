@@ -56,7 +56,8 @@ def test_derived_values_follow_their_sources_until_given():
 
 
 def test_the_shipped_sets():
-    assert set(SETS) == {'karami_tadesse_2017', 'karami_tadesse_2017_as_printed', 'karami_tadesse_2017_set_b'}
+    of_the_paper = {'karami_tadesse_2017', 'karami_tadesse_2017_as_printed', 'karami_tadesse_2017_set_b'}
+    assert set(SETS) == of_the_paper | {'sun_zhao_2021', 'mcginty_iron_wire'}
     printed = Parameters.named('karami_tadesse_2017_as_printed')
     assert printed['hA'] == 0.15
     # Equations 16 to 18 as they stand: -(L0^2 - pi D0^2)/H0.

@@ -1,0 +1,90 @@
+"""Other muscles from published sources: what their sources say of them, and how far the model is from it."""
+
+from math import exp, pi
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Parameters, length, steady_temperature
+from tcp_muscle_ros.muscle.family import FAMILY
+from tcp_muscle_ros.muscle.statics import resistance
+
+SUN = Parameters.named('sun_zhao_2021')
+MCGINTY = Parameters.named('mcginty_iron_wire')
+
+
+def contraction(muscle, celsius):
+    """Metres that it is shorter than at T0, without load."""
+    return float(length(muscle, muscle['T0'], 0.0) - length(muscle, celsius + ZERO_CELSIUS, 0.0))
+
+
+@pytest.mark.parametrize('muscle', FAMILY.values(), ids=list(FAMILY))
+def test_every_value_says_where_it_stands(muscle):
+    assert all(stated.source for stated in muscle.values())
+
+
+def test_sun_zhao_time_constant():
+    # thermal_model: mt cp / (h As) with mt = rho^2 V/1000 and As = 3 x 2 pi r l; length and pi cancel.
+    assert SUN['C'] / SUN['hA'] == pytest.approx(1127 * 1.127 * 0.21e-3 * 2000 / (6 * 23), rel=1e-9)
+    assert SUN['C'] / SUN['hA'] == pytest.approx(3.87, abs=0.01)
+
+
+def test_sun_zhao_settles_where_its_equation_says():
+    # dT/dt = (P - h As (T - T0)) / (mt cp): 1 W warms it by 1/(h As) = 62.8 K; a current of the same power does.
+    power = SUN.replace(a_R=0.0)
+    warm = steady_temperature(power, 1 / power['R0'] ** 0.5) - power['T0']
+    assert warm == pytest.approx(1 / (23 * 3 * 2 * pi * 0.21e-3 * 0.175), rel=1e-9)
+    assert warm == pytest.approx(62.8, abs=0.05)
+
+
+@pytest.mark.parametrize(('celsius', 'off'), [(40, 0.005), (60, 0.015), (80, 0.025), (100, 0.035), (120, 0.05)])
+def test_sun_zhao_free_stroke(celsius, off):
+    """Its own untwist, 1 - 1/Gamma, where the set has the first order of it."""
+    gamma = np.polyval([3.54e-6, -6.7e-5, 1], [25, celsius])
+    untwist = 4.71e3 * (1 / gamma[0] - 1 / gamma[1])
+    published = 0.175 * 0.406e-3 / np.cos(np.radians(22.42)) * untwist
+    assert 0 < contraction(SUN, celsius) / published - 1 < off
+
+
+def test_sun_zhao_turns():
+    turns = np.sqrt(SUN['L0'] ** 2 - SUN['H0'] ** 2) / (2 * pi * 0.406e-3)
+    assert turns == pytest.approx(63, rel=0.01)  # 'the measured value is 63'
+
+
+def test_sun_zhao_is_stiffer_than_by_torsion_alone():
+    torsion = 0.22177e9 * 0.44e-3**4 / (8 * 0.812e-3**3 * 63.4)
+    assert SUN['k0'] / torsion == pytest.approx(1.15, abs=0.01)
+
+
+def test_mcginty_time_constant():
+    area = pi * 0.8e-3 * np.hypot(49e-3, pi * 46 * 6 * 0.8e-3)
+    assert MCGINTY['C'] / MCGINTY['hA'] == pytest.approx(0.357 / (10.4 * area), rel=1e-9)
+    assert MCGINTY['C'] / MCGINTY['hA'] == pytest.approx(19.6, abs=0.1)
+
+
+def test_mcginty_capacity_and_geometry_are_of_two_muscles():
+    """The nylon of the design holds 1.46 times the heat that was measured with its iron: see the document."""
+    assert MCGINTY['m'] * MCGINTY['cp'] / MCGINTY['C'] == pytest.approx(1.46, abs=0.01)
+
+
+def test_mcginty_resistance():
+    warm = float(resistance(MCGINTY, 23 + ZERO_CELSIUS))
+    assert warm == pytest.approx(3.6, rel=1e-9)
+    wire = 9.71e-8 * (1 + 6.41e-3 * 3) * 1.8 / (pi / 4 * 0.25e-3**2)  # 1.8 m of iron wire of 0.25 mm
+    assert warm == pytest.approx(wire, rel=0.01)
+
+
+def test_mcginty_spring_rate_is_that_of_torsion():
+    torsion = 0.43e9 * 0.8e-3**4 / (8 * 4.8e-3**3 * 46)
+    assert MCGINTY['k0'] == pytest.approx(torsion, rel=0.02)
+
+
+@pytest.mark.parametrize(('celsius', 'published', 'off'), [(60, 15.834e-3, 0.12), (100, 57.823e-3, -0.27)])
+def test_mcginty_stroke_away_from_the_two_temperatures_it_is_fitted_at(celsius, published, off):
+    assert contraction(MCGINTY, celsius) / published - 1 == pytest.approx(off, abs=0.01)
+
+
+def test_sun_zhao_warms_under_power():
+    muscle = Muscle(SUN, load=0.0, ambient=SUN['T0'])
+    warm = muscle.step(3.8656, 1.0, kind='power').temperature - SUN['T0']
+    assert warm == pytest.approx(62.77 * (1 - exp(-1)), abs=0.01)
