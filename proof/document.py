@@ -40,20 +40,24 @@ COMPARED = {
 SILENT = ('recalibration', 'black_box')  # name nothing, by nature
 NAMING = {name for name in COMPARED if 'held-out' not in name}
 INTRODUCTION = """\
-Recordings are made by a truth generator of its own (`proof/truth/`), which shares neither equations' form nor code
-with the package: relays where the catalogue has a play operator, a Rayleigh-number correlation where it has a power
-law, five shells where it has two nodes. Base parameters are moved, noise is coloured, stamps jitter, samples are lost
-and quantised. The labels were sealed: their SHA-256 was printed and logged (`proof/sealed_runs.jsonl`) before anything
-was diagnosed. Tuning was done on the suites `development` and `varied`, which have other seeds and the other two of
-three forms of each effect.
+The recordings are made by a separate generator (`proof/truth/`). It shares neither the form of the equations nor code
+with the package. For example it has relays where the catalogue has a play operator, a correlation with the Rayleigh
+number where it has a power law, and five shells where it has two nodes. The base parameters differ from the nominal
+ones, the noise is coloured, the time stamps jitter, and samples are lost and quantised.
 
-A rate is given with its 95 % interval after Wilson. *Detectable* is an effect that a refit of the paper's parameters
-leaves above the noise (1 sigma over 10 s, and 10 whitened); rates of naming count detectable effects only. The
-held-out gap lies between the recalibrated muscle and the oracle (the true effect in the catalogue's own form,
-refitted), on a recording at currents that no other has, and at loads between those of the others. It was given to no
-method; only the room, the temperature at the start and the zero of displacement are fitted to it. Errors are root mean
-squares over the channels in units of their noise; cases count in which the recalibrated error is more than 1.1 times
-the oracle's.
+A *null* is a muscle without missing physics. A *decoy* has a fault of a sensor, coloured noise or wrong parameters, and
+no missing physics. An *unlisted* effect is not in the catalogue. The *sealed* suite is kept apart from all tuning: the
+SHA-256 of its labels is printed and logged (`proof/sealed_runs.jsonl`) before anything is diagnosed. The diagnosis is
+tuned on the suites `development` and `varied`, which have other seeds and the other two of three forms of each effect.
+
+A rate is given with its 95 % interval after Wilson. An effect is *detectable* if it remains above the noise after the
+paper's parameters are fitted again (1 sigma over 10 s, and 10 whitened). Rates of naming count detectable effects only.
+
+*Held-out gap closed* compares errors on a recording that no method was given. Its currents are in no other recording,
+and its loads lie between those of the others. 0 is the error of the recalibrated muscle, 1 that of the oracle, which
+is told the true effect and fits it in the form of the catalogue. On that recording only the room temperature, the
+temperature at the start and the zero of displacement are fitted. Errors are root mean squares over the channels in
+units of their noise. Cases count if the recalibrated error is more than 1.1 times the oracle's.
 """
 
 
@@ -68,10 +72,10 @@ def write_document(page: Path, images: Path, scores: Mapping[str, Any], pairs: R
     lines += ['## The diagnosis', '', *score_table(own['scores'])]
     lines += ['', *_pairs(pairs), f'![How often a single effect is found]({relative / figures[0]})', '']
     if compared:
-        lines += ['## Beside other ways', '', *_which(scores), *comparison(compared), '', *wins(compared), '']
+        lines += ['## Compared with other methods', '', *_which(scores), *comparison(compared), '', *wins(compared), '']
         lines += [f'![Held-out gap closed, by method]({relative / figures[1]})', '']
     lines += ['## Effect by effect', '', *effect_table(own['confusions']), '']
-    lines += [f'![What was named for what was there]({relative / figures[2]})', '']
+    lines += [f'![What was named first for each concealed effect]({relative / figures[2]})', '']
     lines += ['## Decoys', '', *decoy_table(own['decoys']), '']
     page.write_text('\n'.join(lines), encoding='utf-8')
 
@@ -141,17 +145,18 @@ def _pairs(pairs: Row | None) -> list[str]:
     lines = [
         '### Does the proposed experiment decide?',
         '',
-        'Pairs that the recordings truly cannot tell apart, reported as a set with an experiment: the truth generator '
-        'ran the proposed protocol, the recording was added, and the diagnosis run again. Decided: the true effect '
-        f'is named first and its partner is gone: {cell(pairs)}, {pairs["hits"]} of {pairs["n"]} (aim {pairs["aim"]}).',
+        'These are pairs of effects that the recordings cannot tell apart, reported as a set with an experiment. The '
+        'generator ran the proposed protocol, the recording was added, and the diagnosis was run again. A pair is '
+        'decided if the true effect is then named first and its partner is no longer in the set: '
+        f'{cell(pairs)}, {pairs["hits"]} of {pairs["n"]} (aim {pairs["aim"]}).',
         '',
-        '| there | partner | experiment | promised | named then | decided |',
+        '| concealed | partner | experiment | expected to tell apart, probability | named afterwards | decided |',
         '|---|---|---|---|---|---|',
     ]
     for row in pairs['cases']:
         then = '; '.join(' or '.join(found) for found in row['after']) or 'nothing'
         promised = '-' if row['power'] is None else f'{100 * row["power"]:.0f} %'
-        if row.get('separates'):  # that pair was promised, of what may be a set of more
+        if row.get('separates'):  # the pair that was expected to be told apart, of what may be a larger set
             promised = f'{" from ".join(row["separates"])} {promised}'
         decided = 'yes' if row['resolved'] else 'no'
         lines.append(f'| {row["effect"]} | {row["partner"]} | {row["experiment"]} | {promised} | {then} | {decided} |')
@@ -210,7 +215,7 @@ def wins(methods: Mapping[str, Any]) -> list[str]:
 
 def effect_table(rows: Sequence[Row]) -> list[str]:
     """Per effect what was said."""
-    lines = ['| there | cases | named first | in the set | said instead |', '|---|---|---|---|---|']
+    lines = ['| concealed | cases | named first | in the set | reported instead |', '|---|---|---|---|---|']
     for row in rows:
         instead = ', '.join(f'{name} {n}' for name, n in sorted(row['instead'].items(), key=lambda item: -item[1]))
         lines.append(f'| {row["effect"]} | {row["n"]} | {row["first"]} | {row["in_set"]} | {instead} |')
@@ -304,6 +309,6 @@ def confusion_figure(path: Path, rows: Sequence[Row]) -> None:
     axis.set_xticks(range(len(said)), said, rotation=90, fontsize=7)
     axis.set_yticks(range(len(there)), there, fontsize=7)
     axis.set_xlabel('named first, or the verdict where nothing was named')
-    axis.set_ylabel('there')
+    axis.set_ylabel('concealed effect')
     figure.savefig(path, dpi=110)
     plt.close(figure)

@@ -22,17 +22,17 @@ PROGRAM = 'tcp_muscle'
 DEBUG = 'TCP_MUSCLE_DEBUG'
 
 COMMANDS = {
-    'simulate': ('simulate', 'run a protocol offline, faster than real time, to a bag'),
-    'run': ('run', 'play a protocol on the muscle that answers, and record it'),
+    'simulate': ('simulate', 'simulate a protocol faster than real time, and write a bag'),
+    'run': ('run', 'play a protocol on a running muscle, simulated or real, and record it'),
     'record': ('record', "record a muscle's topics to a bag"),
-    'import': ('import_recordings', "a lab's files to bags, one per run"),
-    'info': ('info', 'what is in bags: channels, rates, ranges, what is wrong with them'),
+    'import': ('import_recordings', "convert a lab's files to bags, one per run"),
+    'info': ('info', 'show what is in bags: channels, rates, ranges, problems'),
     'plot': ('plot', 'draw the channels of bags, one above the other'),
-    'export': ('export', 'a bag as CSV or Parquet'),
+    'export': ('export', 'write a bag as CSV or Parquet'),
     'calibrate': ('calibrate', "fit the paper's parameters to recordings of a muscle, with intervals"),
-    'replay': ('replay', 'drive the model with recorded inputs and compare'),
-    'diagnose': ('diagnose', 'say which physics a recording shows that the model lacks'),
-    'investigate': ('investigate', 'record, diagnose, run the proposed experiment, until it is decided'),
+    'replay': ('replay', 'drive the model with recorded inputs, and compare with the recording'),
+    'diagnose': ('diagnose', 'find the physics that recordings show and the model lacks'),
+    'investigate': ('investigate', 'record, diagnose and run the proposed experiment until the cause is decided'),
 }
 
 
@@ -54,7 +54,7 @@ def main(argv: Sequence[str] | None = None, *, until_admitted: bool = False) -> 
     with forgiving() as lost:
         code = _guarded(argv, until_admitted)
     if lost:
-        _say(PROGRAM, f'standard output cannot be written ({lost[0].strerror}): what was done was not all said')
+        _say(PROGRAM, f'standard output cannot be written ({lost[0].strerror}): the output is incomplete')
         return code or 2
     return code
 

@@ -191,7 +191,7 @@ def test_import_writes_one_bag_a_run_and_overwrites_nothing(tmp_path):
     code, out, error = run(*command)
     assert (code, error) == (0, '')
     assert '2 run(s) imported' in out
-    assert 'c.csv is no run of' in out
+    assert 'c.csv matches no run of' in out
     assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == ['a', 'b']
     code, _, error = run(*command)
     assert code == 2

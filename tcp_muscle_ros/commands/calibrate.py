@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action='append',
         default=[],
         metavar='NAME',
-        help='a parameter that each recording has for itself, e.g. B where every run is another specimen (repeatable)',
+        help='a parameter that is fitted to each recording, e.g. B if every run has another specimen (repeatable)',
     )
     add_force_argument(parser)
     add_bag_arguments(parser)

@@ -59,7 +59,7 @@ class Domain:
     def notes(self) -> Iterator[str]:
         """What is not to be believed of it, and why."""
         for count, what in (
-            (self._beyond, 'a free law is asked beyond its table, where it goes on straight'),
+            (self._beyond, 'a free law is used beyond its table, where it is extended in a straight line'),
             (self._outside, 'the fibre is outside 0 to 120 degC, where the model is not valid'),
         ):
             if count:

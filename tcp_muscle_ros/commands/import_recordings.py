@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``import``."""
     parser.add_argument('files', nargs='+', metavar='FILE', help='CSV, text, .xlsx, .mat, .parquet, or directories')
-    parser.add_argument('--map', metavar='MAP.yaml', help='what the files hold (without: it is told from them)')
+    parser.add_argument('--map', metavar='MAP.yaml', help='what the columns are (without: it is found from the files)')
     parser.add_argument('--output', metavar='DIR', help='a new directory for the bags (the name of the first file)')
     add_force_argument(parser)
 
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
         for note in each.recording.notes:
             print(f'  note: {note}')
     for file in unclaimed(import_map, files):
-        print(f'note: {file} is no run of {args.map} and was left out')
+        print(f'note: {file} matches no run of {args.map} and was left out')
     print(f'{len(runs)} run(s) imported to {output}')
     if drafts:
         told = ' '.join(map(str, args.files))

@@ -33,13 +33,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``investigate``."""
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for runs, reports and the log')
-    parser.add_argument('--resume', action='store_true', help='go on with an investigation that was stopped')
-    parser.add_argument('--first', metavar='PROTOCOL.yaml', help='what is recorded first (three heatings)')
-    parser.add_argument('--minutes', type=float, default=90.0, metavar='N', help='of muscle time at most (90)')
-    parser.add_argument('--runs', type=int, default=10, metavar='N', help='at most, with the one kept back (10)')
-    parser.add_argument('--cycles', type=int, default=1000, metavar='N', help='of heating at most (1000)')
+    parser.add_argument('--resume', action='store_true', help='continue an investigation that was stopped')
+    parser.add_argument('--first', metavar='PROTOCOL.yaml', help='the first protocol (default: three heatings)')
+    parser.add_argument('--minutes', type=float, default=90.0, metavar='N', help='longest muscle time in minutes (90)')
+    parser.add_argument('--runs', type=int, default=10, metavar='N', help='most runs, the one kept back included (10)')
+    parser.add_argument('--cycles', type=int, default=1000, metavar='N', help='most heating cycles (1000)')
     parser.add_argument(
-        '--simulated', metavar='MUSCLE.yaml', help='a simulated muscle in place of the one on the topics, to try it out'
+        '--simulated', metavar='MUSCLE.yaml', help='use a simulated muscle, to try the command out'
     )
     add_rig_arguments(parser)
 

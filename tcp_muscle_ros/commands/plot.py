@@ -10,8 +10,8 @@ from tcp_muscle_ros.files.outputs import add_force_argument
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``plot``."""
-    parser.add_argument('bags', nargs='+', metavar='BAG', help='recordings; several are drawn over each other')
-    parser.add_argument('--output', metavar='PICTURE', help='a new .png, .pdf or .svg (without: a window)')
+    parser.add_argument('bags', nargs='+', metavar='BAG', help='recordings; several are drawn into one figure')
+    parser.add_argument('--output', metavar='PICTURE', help='a new .png, .pdf or .svg (default: a window)')
     add_force_argument(parser)
     add_bag_arguments(parser)
 

@@ -12,7 +12,7 @@ from tcp_muscle_ros.files.outputs import add_force_argument, writable_folder
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``record``."""
     parser.add_argument('--output', required=True, metavar='BAG', help='the new bag, a directory')
-    parser.add_argument('--duration', type=float, metavar='S', help='stop so long after the first message')
+    parser.add_argument('--duration', type=float, metavar='S', help='stop this many seconds after the first message')
     parser.add_argument('--namespace', default='', metavar='NS', help="where the muscle's topics are (default: /)")
     add_force_argument(parser)
     parser.add_argument(
@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='TOPIC',
         help="one more topic, of any type, relative to the muscle's namespace or absolute; may be repeated",
     )
-    parser.add_argument('--use-sim-time', action='store_true', help='log times from /clock')
+    parser.add_argument('--use-sim-time', action='store_true', help='take log times from /clock')
 
 
 def admit(args: argparse.Namespace) -> None:

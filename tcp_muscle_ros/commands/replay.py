@@ -23,13 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``replay``."""
     parser.add_argument('bag', metavar='BAG', help='the recording')
     add_parameter_argument(parser, required=True)
-    parser.add_argument('--output', metavar='BAG2', help='a new bag: the recording, and the predictions beside it')
+    parser.add_argument('--output', metavar='BAG2', help='a new bag with the recording and the predictions')
     parser.add_argument('--figure', metavar='PNG', help='draw recorded against predicted')
-    parser.add_argument('--rig', metavar='RIG.yaml', help='what the instruments do, as diagnose writes it')
+    parser.add_argument('--rig', metavar='RIG.yaml', help='properties of the instruments, as written by diagnose')
     parser.add_argument(
         '--as-given',
         action='store_true',
-        help='fit nothing: the room and the zeros as they are stated (else those of the recording are fitted)',
+        help='fit nothing: take room and zeros as stated (default: they are fitted to the recording)',
     )
     add_force_argument(parser)
     add_bag_arguments(parser)

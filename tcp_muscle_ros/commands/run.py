@@ -29,10 +29,10 @@ _INTERRUPTED = 130
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``run``."""
-    parser.add_argument('protocol', metavar='PROTOCOL.yaml', help='what is done to the muscle')
+    parser.add_argument('protocol', metavar='PROTOCOL.yaml', help='the protocol to play')
     add_parameter_argument(parser)
-    parser.add_argument('--output', required=True, metavar='BAG', help='a new bag, or a folder of one bag a part')
-    parser.add_argument('--resume', action='store_true', help='go on with the first part that is not done')
+    parser.add_argument('--output', required=True, metavar='BAG', help='a new bag, or a folder of bags, one a part')
+    parser.add_argument('--resume', action='store_true', help='continue with the first part that is not done')
     add_rig_arguments(parser)
 
 
@@ -40,7 +40,7 @@ def add_rig_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what says which muscle and what the rig can do."""
     parser.add_argument('--namespace', default='', metavar='NS', help="where the muscle's topics are (default: /)")
     parser.add_argument('--rig', metavar='RIG.yaml', help='what the rig can do: largest current, loads, ...')
-    parser.add_argument('--yes', action='store_true', help='the rig changes loads by itself: ask nobody')
+    parser.add_argument('--yes', action='store_true', help='the rig changes the loads: do not ask a person')
 
 
 def run(args: argparse.Namespace) -> int:

@@ -26,11 +26,11 @@ _PIECE = 50_000  # ticks that are simulated and written at once: a long protocol
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``simulate``."""
-    parser.add_argument('protocol', metavar='PROTOCOL.yaml', help='what is done to the muscle')
+    parser.add_argument('protocol', metavar='PROTOCOL.yaml', help='the protocol to simulate')
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='BAG', help='a new bag (rosbag2, MCAP)')
     add_force_argument(parser)
-    parser.add_argument('--seed', type=int, metavar='N', help="of the sensors' noise (that of --params, else 0)")
+    parser.add_argument('--seed', type=int, metavar='N', help="seed of the sensors' noise (that of --params, else 0)")
 
 
 class Admitted(NamedTuple):

@@ -23,7 +23,7 @@ _REPORT, _SCHEMA = 'report.json', 'tcp_muscle_ros/'
 
 def add_force_argument(parser: argparse.ArgumentParser) -> None:
     """Add --force."""
-    parser.add_argument('--force', action='store_true', help='replace what is there already, once the new is whole')
+    parser.add_argument('--force', action='store_true', help='replace existing output, once the new output is complete')
 
 
 def writable_folder(path: str | Path, *, force: bool = False, option: str = '--output') -> Path:

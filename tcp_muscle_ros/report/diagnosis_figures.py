@@ -206,7 +206,7 @@ def draw_loop(path: Path, diagnosis: Diagnosis) -> Said | None:
     span = f'{moved.time[last[0]]:.0f} s to {moved.time[last[-1]]:.0f} s'
     where = f'the last cycle of {_name(diagnosis, telling_recording(diagnosis))}'
     return Said(
-        f'Recorded minus model over one cycle ({span}): a loop is a memory or a lag, a single curve is a wrong law.',
+        f'Recorded minus model over one cycle ({span}): a loop means memory or a lag, a single curve a wrong law.',
         f'What each of two models leaves of the {moved.channel} against fibre temperature, over {where}',
     )
 

@@ -157,7 +157,7 @@ def _location(d: Diagnosis) -> str:
     said += '.'
     if where.drivers:
         shares = ', '.join(f'{percent(driver.share)} at {range_text(driver)}' for driver in where.drivers)
-        said += f' Of what is missed there, {shares}.'
+        said += f' Of the misfit there: {shares}.'
     if isfinite(where.size):
         said += f' The root mean square in these ranges is {error_text(where.channel, where.size)}.'
     return said
@@ -169,8 +169,8 @@ def _unexplained(d: Diagnosis) -> str:
     u = d.unexplained
     k, start, end = u.interval
     return (
-        f'{percent(u.share)} of what the {u.channel} shows beyond its noise is explained by nothing in the catalogue: '
-        f'{u.stage} stage, going with {range_text(u)}, strongest from {start:.0f} s to {end:.0f} s of recording '
+        f'No listed effect explains {percent(u.share)} of the misfit of the {u.channel} beyond its noise: '
+        f'{u.stage} stage, depending on {range_text(u)}, strongest from {start:.0f} s to {end:.0f} s of recording '
         f'{k + 1}.'
     )
 

@@ -1,13 +1,13 @@
 """What to check on the rig before a finding is believed: one text for each effect, and nowhere else."""
 
-# Each says what else makes the same picture, and the check that takes a minute or an hour, not a new diagnosis.
+# Each says what else looks the same, and a check that takes a minute or an hour, without a new diagnosis.
 _CHECKS = {
     'resistance_strain': 'Pull the cold muscle by hand and watch the resistance: it must follow the length without any '
     'heat. If it jumps, look at the crimps instead.',
     'contact_shorting': 'Look whether coils touch when the muscle is fully contracted. Hang a heavier weight, so that '
     'they part: the loss of resistance must go.',
     'contact_resistance': 'Measure the resistance with four wires, at the muscle and at the clamps: the difference is '
-    'the clamps. Tighten or clean them and record again.',
+    'that of the clamps. Tighten or clean them and record again.',
     'tcr_curvature': 'Put the unloaded muscle in an oven or a water bath at three temperatures and read the resistance '
     'at a small current.',
     'resistance_drift': 'Read the cold resistance before and after the recording. If it has not changed, look at the '
@@ -19,8 +19,8 @@ _CHECKS = {
     'muscle radiation and free convection look nearly alike.',
     'airflow': 'Look for a fan, an open door or people walking by at the times that are given. Cover the muscle and '
     'repeat the recording: it must be gone.',
-    'ambient_drift': 'Put a second thermometer in the air beside the muscle, and record it: the room must drift as is '
-    'said. Keep heaters and the supply away.',
+    'ambient_drift': 'Put a second thermometer in the air beside the muscle, and record it: it must drift as '
+    'reported. Keep heaters and the supply away.',
     'motion_convection': 'Move the warm muscle quickly by hand, or with another load step, without changing the '
     'current: its temperature must dip.',
     'exposed_area': 'Compare holds at the same power under a light and a heavy weight: the stretched muscle must be '
@@ -28,7 +28,7 @@ _CHECKS = {
     'heat_capacity': 'Swing the current a little about three mean temperatures: the size of the temperature swing is '
     'the heat capacity there. A scan of the fibre (DSC) shows the same.',
     'latent_heat': 'A scan of the fibre (DSC) shows a peak, if there is one. None is known of nylon below 120 degC: '
-    'rather suspect the heat capacity, or water.',
+    'suspect the heat capacity, or water, first.',
     'moisture': 'Dry the muscle (an hour at 80 degC, or a night over silica gel) and record again at once: the effect '
     'must be gone, and come back in humid air.',
     'two_node': 'Switch the current off and watch thermometer and stroke: if the stroke is later than the thermometer, '
@@ -46,11 +46,11 @@ _CHECKS = {
     'branch_cte': 'As for hysteresis, but with small turns: where the muscle turns from warming to cooling, the slope '
     'of stroke over temperature must change at once.',
     'shear_softening': 'Change the weight at three temperatures (held currents) and read the change of length: the '
-    'stiffness must fall with temperature as is said.',
-    'load_stroke': 'Heat in the same way under three weights: the stroke must change with the weight as is said. Check '
-    'that the heavier weight does not touch anything.',
+    'stiffness must fall with temperature as reported.',
+    'load_stroke': 'Heat in the same way under three weights: the stroke must change with the weight as reported. '
+    'Check that the heavier weight does not touch anything.',
     'geometric_stiffening': 'Hang weights one after the other on the cold muscle and read the length: the curve must '
-    'bend upwards as is said.',
+    'bend upwards as reported.',
     'cte_kink': 'Warm slowly, by less than 1 K/s, past the temperature that is given: the slope of stroke over '
     'temperature must change there.',
     'coil_contact': 'Look whether coils touch when the muscle is fully contracted. Hang a heavier weight: the end of '
@@ -73,7 +73,7 @@ _CHECKS = {
     'temperature_offset': 'Put the sensor into ice water: does it read 0 degC? Or compare it with the room before the '
     'first heating.',
     'displacement_drift': 'Point the laser or the camera at something that does not move, and record for as long: the '
-    'drift must be there. Warm stands and tired clamps do the same.',
+    'drift must be there. A warm stand or a loose clamp does the same.',
     'displacement_offset': 'Read the sensor at rest under the starting load: that is the zero of the contraction.',
     'clock_skew': 'Tap the weight with the hot wire of the thermometer, or switch a lamp that both see: the time '
     'between the two stamps is the delay.',

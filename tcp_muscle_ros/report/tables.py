@@ -47,7 +47,7 @@ def own_note(own: Own) -> str:
     for name, zero in own.zeros.items():
         unit, factor = SHOWN[name]
         said += [f'the zero of {name} {zero * factor:+.3g} {unit}']
-    return f'fitted to this recording, for they are its own: {", ".join(said)} (--as-given: as they are stated)'
+    return f'fitted to this recording only: {", ".join(said)} (--as-given takes them as stated)'
 
 
 def _edge(e: Estimate, value: float) -> float:
@@ -75,11 +75,11 @@ def calibration_table(calibration: Calibration) -> str:
     rows = [_row(e) for e in (*calibration.estimates, *calibration.combinations)]
     lines = [table(['parameter', 'nominal', 'value', '90 % interval', 'unit', 'remark'], rows), '']
     if any(e.name == 'B' for e in calibration.estimates):
-        lines.append('note: recordings see B c1 and B c2 only, never the three; c1 is kept at its nominal value')
+        lines.append('note: recordings determine only the products B c1 and B c2; c1 is kept at its nominal value')
     if calibration.held_by_melting:
         lines.append(
-            'note: the fit would heat the fibre beyond 220 degC, where nylon nears melting; hA and the gain are those '
-            'of this limit, not of the data'
+            'note: the fit would heat the fibre beyond 220 degC, where nylon is close to melting; hA and the gain are '
+            'set by this limit, not by the data'
         )
     for name, errors in calibration.rmse().items():
         unit, factor = SHOWN[name]

@@ -17,7 +17,7 @@ VERDICTS = {
     'sensor_or_setup': 'a sensor or the set-up differs, not the muscle',
     'missing_physics': 'physics is missing from the simulation',
     'unexplained': 'something is missing that no listed effect explains',
-    'insufficient_data': 'the recordings cannot tell',
+    'insufficient_data': 'the recordings do not allow a verdict',
 }
 # Units of what a misfit may go with (SI inside); a temperature is absolute unless it is a rate.
 _DRIVER_UNITS = {
@@ -65,7 +65,7 @@ def driver_unit(variable: str) -> str:
 
 
 def driver_range(found: Driver | Unexplained) -> tuple[float, float, str]:
-    """Low, high and unit at the edge of the range of a driver in which a misfit lives."""
+    """Low, high and unit at the edge of the range of a driver in which the misfit is."""
     variable, unit = (found.variable, found.unit) if isinstance(found, Driver) else (found.driver, '')
     unit = unit or driver_unit(variable)
     if variable.startswith('temperature') and unit == 'K':

@@ -18,7 +18,7 @@ from tcp_muscle_ros.settings.parameter_file import Value as Setting
 from tcp_muscle_ros.settings.rig import render_rig
 
 _RIG_HEADING = (
-    'What the instruments do and what the rig was seen to do, by tcp_muscle diagnose.\n'
+    'What the instruments do, and the largest current, loads and duration recorded, by tcp_muscle diagnose.\n'
     'For --rig, and rig_file of sim_node.'
 )
 

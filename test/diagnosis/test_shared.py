@@ -63,7 +63,7 @@ def test_it_is_said_only_where_it_is_what_is_unexplained(draughty):
     selection = replace(select(draughty, ()), final=draughty)
     found = wandering(selection)
     assert found.stage == 'thermal'
-    assert any('goes together' in note for note in on_shared(selection, found))
+    assert any('are correlated' in note for note in on_shared(selection, found))
     assert on_shared(selection, None) == ()
     assert on_shared(selection, replace(found, driver='temperature')) == ()
 

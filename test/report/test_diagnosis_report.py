@@ -197,7 +197,7 @@ def test_the_page_tells_everything(made):
         assert finding.sentence in text
         assert finding.equation in text
         assert words.plain(finding.effect) in text
-    for part in ('ould as well be radiation', '0.347 (0.339 to 0.356)', '42 % of what the displacement'):
+    for part in ('ould as well be radiation', '0.347 (0.339 to 0.356)', '42 % of the misfit of the displacement'):
         assert part in text
     assert 'no slow part' in text
     for part in ('temperature 45 to 80 degC', 'next_protocol.yaml', 'probability 93 %', 'lab/run_2', d.notes[0]):

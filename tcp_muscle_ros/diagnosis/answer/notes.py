@@ -17,11 +17,11 @@ def on_slips(selection: Selection) -> tuple[str, ...]:
         each += [f'{e.name} at {", ".join(said)}'] if said else []
     if not each:
         return ()
-    what = 'the end slipped suddenly' if selection.leapt is None else 'what is shown leapt at once, and for good'
-    better = 'has their mean rate' if selection.leapt is None else 'knows nothing of them'
+    what = 'the end slipped suddenly' if selection.leapt is None else 'a reading changed suddenly and for good'
+    better = 'has their mean rate' if selection.leapt is None else 'does not contain them'
     return (
-        f'{what}: {"; ".join(each)}; no model foretells these instants, so they are taken from the recordings, the '
-        f'held out ones too; improved.yaml {better}',
+        f'{what}: {"; ".join(each)}; no model predicts these instants, so they are taken from the recordings, also '
+        f'from held-out ones; improved.yaml {better}',
     )
 
 
@@ -32,6 +32,6 @@ def on_shared(selection: Selection, unexplained: Unexplained | None) -> tuple[st
         return ()
     one, two = found.channels
     return (
-        f'what is left of {one} and {two} goes together (correlation {found.correlation:.2f}), which noise does not: '
-        f'something that no state of the muscle drives moves both, as a draught, a room or a supply that wanders',
+        f'the remaining errors of {one} and {two} are correlated ({found.correlation:.2f}), which noise is not: '
+        f'something outside the muscle acts on both, such as a draught, a drifting room or an unstable supply',
     )

@@ -42,7 +42,7 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
     if any(v.low <= none <= v.high for v, none in strengths(effect, values)):
         sentence += ' Its interval includes no effect at all.'
     if others:
-        sentence += f' These recordings admit as well: {", ".join(words(o) for o in others)}.'
+        sentence += f' These recordings could also be explained by {", ".join(words(o) for o in others)}.'
     return sentence
 
 
@@ -95,21 +95,21 @@ def headline(
         return f'The physics is right, the parameters are those of another muscle; {_recalibrated(fits)}.'
     if verdict == 'not_repeatable':
         return (
-            'Runs of the same protocol differ from each other by as much as they differ from the simulation: no model '
-            'can be better than these recordings repeat.'
+            'Runs of the same protocol differ from each other by as much as they differ from the simulation. No model '
+            'can predict them better than they repeat.'
         )
     if location is None:
         if unexplained is None:
             return 'The recordings differ from the simulation.'
         return (
-            f'Recalibrated, the simulation still misses the {unexplained.channel}; another channel shows the same, so '
-            f'that it is no noise, and no effect of the catalogue explains it.'
+            f'After recalibration the simulation still differs in the {unexplained.channel}. Another channel differs '
+            f'at the same times, so it is not noise. No listed effect explains it.'
         )
     opening = f'{where(location)}, {_misfit(location)}.'
     if verdict == 'unexplained' and unexplained is not None:
         return (
-            f'{opening} No effect of the catalogue explains it: {100 * unexplained.share:.0f} % of what the '
-            f'{_QUANTITY[unexplained.channel][0]} shows beyond its noise is unlisted, {unexplained.stage} stage.'
+            f'{opening} No listed effect explains it: {100 * unexplained.share:.0f} % of the misfit of the '
+            f'{_QUANTITY[unexplained.channel][0]} beyond its noise is unexplained, in the {unexplained.stage} stage.'
         )
     return f'{opening} {_cause(findings)}{_better(location.channel, findings, fits)}.'
 
@@ -118,7 +118,7 @@ def _recalibrated(fits: Mapping[str, ChannelFit]) -> str:
     """What recalibration does to the channel that it helps most."""
     helped = {name: f.nominal / f.calibrated for name, f in fits.items() if f.calibrated < f.nominal}
     if not helped:
-        return 'recalibration moves them beyond what the data leave open'
+        return 'recalibration moves them by more than their uncertainty'
     name = max(helped, key=lambda channel: helped[channel])
     before, after, noise = (amount(name, e) for e in (fits[name].nominal, fits[name].calibrated, fits[name].noise))
     return f'recalibrated, the error of the {_QUANTITY[name][0]} falls from {before} to {after} (noise {noise})'
