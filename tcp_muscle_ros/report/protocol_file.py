@@ -92,7 +92,7 @@ def _note(diagnosis: Diagnosis, muscle: Parameters) -> Callable[[str], str]:
 
     def note(name: str) -> str:
         value = fitted.get(name)
-        if value is None:
+        if value is None or SPECIFICATIONS[name].choices:
             return describe(name)
         row = SPECIFICATIONS[name]
         said = f'{row.edge_unit}; {row.meaning}'

@@ -169,7 +169,7 @@ def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[Not
 def _proposal(selection: Selection) -> Proposal | None:
     """The experiment that tells the strongest finding of which there is doubt from what the data admit in its place."""
     for c in selection.chosen:
-        if not c.indistinguishable:
+        if not c.indistinguishable or EFFECTS[c.effect].free is not None:
             continue
         rivals = {r.effect: r for r in c.rivals}
         alike = [rivals[name] for name in (c.effect, *c.indistinguishable)]

@@ -49,7 +49,7 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
 def free_sentence(effect: str, law: FreeLaw) -> str:
     """What a law without a name does over its driver, and the listed effects that do not."""
     first, last = (float(law.value[k]) for k in (0, -1))
-    meaning = EFFECTS[effect].columns[-1].meaning
+    meaning = next(column.meaning for column in EFFECTS[effect].columns if column.name == 'value')
     sentence = (
         f'No listed effect explains what is left, a law without a name does: {words(effect)} over '
         f'{words(law.driver)} ({meaning} from {first:.3g} to {last:.3g} {law.unit}).'

@@ -57,9 +57,11 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
     left = excess(found.final, found)
     best, scored = found, np.inf
     for start, kept in _starts(found):
+        tried: list[Rival] = []
         for law in promising(start, progress)[:_TRIED]:
             better = refitted(start, law)
             score = penalised(better)
+            tried.append(Rival(law.basis.effect, better, score))
             remains = excess(better, found)
             gained = penalised(start) - score
             enough = remains < _HALF * left and gained > 2.0 * THRESHOLD and score < scored - THRESHOLD
@@ -67,8 +69,19 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
                 best, scored = replace(_selection(found, start, better, law, kept), unnamed=unnamed), score
                 left = remains / _HALF  # what comes after must be clearly better still
         if best is not found:
-            break  # one law is enough: beside what is named there is no need to take a name away
+            return _among(best, tried)  # where a law stands instead of a name, none is sought beside it
     return best
+
+
+def _among(found: Selection, tried: Sequence[Rival]) -> Selection:
+    """The selection whose law knows the other laws that were tried in its place, the best of each kind."""
+    *kept, law = found.chosen
+    others: dict[str, Rival] = {}
+    for rival in sorted(tried, key=lambda r: r.score):
+        others.setdefault(rival.effect, rival)
+    mine = law.rivals[0]
+    rivals = (mine, *(r for r in others.values() if r.effect != mine.effect))
+    return replace(found, chosen=(*kept, replace(law, rivals=tuple(sorted(rivals, key=lambda r: r.score)))))
 
 
 def excess(fitted: Fit, found: Selection) -> float:
