@@ -26,6 +26,7 @@ COMMANDS = {
     'run': ('run', 'play a protocol on a running muscle, simulated or real, and record it'),
     'record': ('record', "record a muscle's topics to a bag"),
     'import': ('import_recordings', "convert a lab's files to bags, one per run"),
+    'new-muscle': ('new_muscle', 'write a parameter file from fibre, coil and resistance'),
     'info': ('info', 'show what is in bags: channels, rates, ranges, problems'),
     'plot': ('plot', 'draw the channels of bags, one above the other'),
     'export': ('export', 'write a bag as CSV or Parquet'),
