@@ -28,27 +28,28 @@ The same names and parameters hold in `sim_node`, `tcp_muscle simulate`, `replay
 amplitude (**bold**) that fades it out without a jump; at the value given there it is the resolved model. Values marked
 *estimated* come from the geometry and material of this muscle, not from a measurement of it.
 
-The figures show what an effect, at its default values, adds to the resolved model under the paper's protocol (25 s on,
-45 s off at 0.27 A, three cycles, set A): the channels as the sensors show them, resistance while current flows. Axes
-reach at least the noise of a good rig (0.2 K, 0.02 ohm, 0.05 mm). Nothing is fitted in them: a change of hA, k0 or a_R
-would absorb part of most effects. The last panel is the loop: by how much the stroke lies above the resolved model's at the
-temperature shown, orange while it rises and blue while it falls. elastocaloric and inertia show load steps from 30 g.
+The figures show what an effect, at its default values, adds to the resolved model under the paper's protocol (25 s
+on, 45 s off at 0.27 A, three cycles, set A): the channels as the sensors show them, resistance while current flows.
+Axes reach at least the noise of a good rig (0.2 K, 0.02 ohm, 0.05 mm). Nothing is fitted in them: a change of hA, k0
+or a_R would absorb part of most effects. The last panel is the loop: by how much the stroke lies above the resolved
+model's at the temperature shown, orange while it rises and blue while it falls. elastocaloric and inertia show load
+steps from 30 g.
 
-**What looks alike.** Recordings of the paper's protocol hardly separate these groups: heat_capacity, latent_heat (and the
-first cycle of moisture); natural_convection, radiation, exposed_area; load_stroke and thermocouple_gain;
-displacement_drift, viscous_flow, fatigue; contact_resistance is an exact change of R0, a_R, hA and C. The direction of
-the loop of stroke over temperature helps: with x = contraction, heating lies on top for thermocouple_lag,
+**What looks alike.** Recordings of the paper's protocol hardly separate these groups: heat_capacity, latent_heat (and
+the first cycle of moisture); natural_convection, radiation, exposed_area; load_stroke and thermocouple_gain;
+displacement_drift, viscous_flow, fatigue; contact_resistance is an exact change of R0, a_R, hA and C. The direction
+of the loop of stroke over temperature helps: with x = contraction, heating lies on top for thermocouple_lag,
 clock_skew, creep, branch_cte and end_conduction, cooling for two_node, hysteresis and friction. A slower cycle makes
 the loop smaller for all of these but branch_cte, hysteresis and friction.
 
 **Laws without a name.** `free_conductance`, `free_capacity`, `free_resistance`, `free_stroke`, `free_stiffness`,
-`free_slow_state` and `free_delay` stand for physics that is not in this list. Each is a table (`at`, `value`, in SI, so
-temperatures in K) over a quantity (`driver`), interpolated by a natural cubic spline. Beyond its table a law is extended
-in a straight line, and the muscle is reported to be outside the model's domain. The default tables are examples. In a ROS
-parameter file write the numbers of an array all with a decimal point, or all without. The controller inverts the tables of
-stroke and stiffness. If a table makes the stroke turn back, it uses the branch up to the turn, and setpoints beyond it are
-refused. `stick_slip` moves at random instants, the same for the same seed. `diagnose` names none of these: a free law has
-no name, and the random instants have no derivative for a fit.
+`free_slow_state` and `free_delay` stand for physics that is not in this list. Each is a table (`at`, `value`, in SI,
+so temperatures in K) over a quantity (`driver`), interpolated by a natural cubic spline. Beyond its table a law is
+extended in a straight line, and the muscle is reported to be outside the model's domain. The default tables are
+examples. In a ROS parameter file write the numbers of an array all with a decimal point, or all without. The
+controller inverts the tables of stroke and stiffness. If a table makes the stroke turn back, it uses the branch up to
+the turn, and setpoints beyond it are refused. `stick_slip` moves at random instants, the same for the same seed.
+`diagnose` names none of these: a free law has no name, and the random instants have no derivative for a fit.
 
 ```yaml
 /**:
