@@ -14,6 +14,7 @@ from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.muscle.edges import EDGES, Edge, check_whole, inside
 from tcp_muscle_ros.settings.operating import BOTH, OPERATING, Operating, read_value, shown
+from tcp_muscle_ros.settings.rig import on_rig, read_rig
 
 Value = float | int | bool | str | tuple[str, ...] | tuple[float, ...]
 
@@ -96,13 +97,15 @@ class Settings(Mapping[str, Any]):
         return float(self[name]) + ZERO_CELSIUS
 
     def muscle(self) -> Parameters:
-        """The muscle that these values describe.
+        """The muscle that these values describe, on the rig whose file they name.
 
         Raises:
-            BadInput: a value outside its bounds.
+            BadInput: a value outside its bounds, or a rig that cannot be read.
         """
         given = {name: self[name] for name in EDGES if name in self}
-        return Parameters(inside(given)).with_effects(*self['effects'])
+        muscle = Parameters(inside(given)).with_effects(*self['effects'])
+        rig = self.get('rig_file')
+        return on_rig(muscle, read_rig(rig)) if rig else muscle
 
     def limits(self, *, command_timeout: float) -> Limits:
         """The safety limits that these values describe.

@@ -112,6 +112,7 @@ _ROWS = (
     ),
     Operating('image_width', 320, '', 'pixels', (SIM,), 16, 1920, read_only=True, per_node=True),
     Operating('image_height', 200, '', 'pixels', (SIM,), 16, 1080, read_only=True, per_node=True),
+    Operating('rig_file', '', '', 'rig.yaml: what the instruments do', (SIM,), read_only=True),
     Operating(
         'initial_temperature_c',
         23.0,

@@ -21,6 +21,18 @@ def test_without_overrides_the_muscle_is_set_a():
     assert read({}, SIM).muscle().vector.tolist() == Parameters.named('karami_tadesse_2017').vector.tolist()
 
 
+def test_a_rig_is_what_the_instruments_show_and_a_wrong_one_is_one_line(tmp_path):
+    path = tmp_path / 'rig.yaml'
+    path.write_text('instruments: {temperature: {lag_s: 1.5}}\n')
+    muscle = read({'rig_file': str(path)}, SIM).muscle()
+    assert 'thermocouple_lag' in muscle.effects
+    assert muscle['thermocouple_lag.tau'] == 1.5
+    assert read({'rig_file': str(path)}, CONTROL).muscle().effects == ()
+    path.write_text('instruments: {temprature: {lag_s: 1.5}}\n')
+    with pytest.raises(BadInput, match='temperature'):
+        read({'rig_file': str(path)}, SIM).muscle()
+
+
 def test_every_default_is_within_its_own_bounds_and_has_a_descriptor():
     for name, row in KNOWN.items():
         assert read_value(row, row.default) == row.default, name
