@@ -133,13 +133,14 @@ def _ahead(channel: Channel, drive: Channel) -> Iterator[tuple[str, str, str]]:
     grid = np.arange(channel.time[0], channel.time[-1], step)
     if grid.size < _ENOUGH // 2:
         return
-    heat = hold(drive, drive.time) ** (1 if drive.name.startswith('power') else 2)
+    given = hold(drive, drive.time)  # relative to the largest, whose square might be no number
+    heat = (given / max(float(np.max(np.abs(given))), 1e-300)) ** (1 if drive.name.startswith('power') else 2)
     total = np.append(0.0, np.cumsum(heat[:-1] * np.diff(drive.time)))
     value = np.interp(grid, channel.time, channel.value)
 
     def left_over(lead: float) -> float:
-        given = np.diff(np.interp(grid + lead, drive.time, total))
-        columns = np.column_stack([value[:-1], given, np.ones(given.size)])
+        brought = np.diff(np.interp(grid + lead, drive.time, total))
+        columns = np.column_stack([value[:-1], brought, np.ones(brought.size)])
         solved = np.linalg.lstsq(columns, np.diff(value), rcond=None)[0]
         return float(np.sum((np.diff(value) - columns @ solved) ** 2))
 
