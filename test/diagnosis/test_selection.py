@@ -14,7 +14,7 @@ from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
 from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, prefer, rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, prefer, rivals_for
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
@@ -335,3 +335,16 @@ def test_what_a_companion_leaves_nothing_to_explain_stood_in_its_place():
     (chosen,) = select(calibrate(runs, NOMINAL).fit, ['thermocouple_lag', 'clock_skew']).chosen
     assert chosen.effect == 'clock_skew'
     assert chosen.indistinguishable == ()
+
+
+@pytest.mark.parametrize(('begins_at', 'alike'), [((31.0, 31.4, 30.8), True), ((31.0, 47.0, 30.8), False)])
+def test_a_draught_that_begins_equally_long_after_each_switch_is_none(softened, begins_at, alike):
+    switch = float(softened.problem.experiments[0].imposed.time[np.flatnonzero(
+        np.diff(softened.problem.experiments[0].imposed.drive))[0] + 1])  # fmt: skip
+    own = tuple({'airflow.g': 0.5, 'airflow.t1': at, 'airflow.d': 10.0} for at in begins_at)
+    problem = with_effect(softened.problem, Candidate('airflow', own[0], 0.0, 0.0, own))
+    added = problem.unknowns[softened.z.size :]
+    z = np.concatenate([softened.z, [u.to_fit(u.start) for u in added]])
+    rival = Rival('airflow', replace(softened, problem=problem, z=z), 0.0)
+    assert switch < min(begins_at)
+    assert follows_the_drive(rival) == alike

@@ -30,6 +30,8 @@ _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: wort
 # Of the best rival's drop: a model that misses so much more is beaten; by what differs from recording to recording, and
 # bends to much, one that holds for all of them alike is not so soon.
 _BEATEN, _BENDING = 0.003, 0.04
+# What begins in so many recordings within so many s after a switch (a share of the drive's span) is no chance.
+_SEVERAL, _TOGETHER, _SWITCH = 3, 2.0, 0.05
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
 
 
@@ -135,6 +137,8 @@ def begins(rival: Rival) -> bool:
     definition = rival.definition
     if _largest(rival) < (_NOTHING if definition.circumstance or definition.stage == 'sensor' else _HARDLY):
         return False
+    if definition.moments and follows_the_drive(rival):
+        return False
     for row in definition.fitted:
         if row.crossed:
             shown = np.concatenate([getattr(o, row.crossed) for o in rival.fit.outputs])
@@ -142,6 +146,25 @@ def begins(rival: Rival) -> bool:
             if abs(rival.fit.muscle[f'{rival.effect}.{row.name}'] - middle) > _NEARLY * reach:
                 return False
     return True
+
+
+def follows_the_drive(rival: Rival) -> bool:
+    """Whether what begins at an instant begins in every recording equally long after a switch of the drive.
+
+    A circumstance does not know the drive: what does is a law of the muscle or of the rig. Two recordings may agree by
+    chance.
+    """
+    values, begin = rival.fit.values, f'{rival.effect}.{rival.definition.moments[0]}'
+    since = []
+    for k, experiment in enumerate(rival.fit.problem.experiments):
+        drive, time = experiment.imposed.drive, experiment.imposed.time
+        switched = time[1:][np.abs(np.diff(drive)) > _SWITCH * max(float(np.ptp(drive)), 1e-12)]
+        at = values.get((begin, k), values.get((begin, None), 0.0))
+        before = switched[switched <= at + _TOGETHER]
+        if before.size == 0:
+            return False
+        since.append(at - float(before[-1]))
+    return len(since) >= _SEVERAL and float(np.ptp(since)) < _TOGETHER
 
 
 def rescored(bare: Fit, rivals: Sequence[Rival]) -> tuple[float, list[Rival]]:
