@@ -115,8 +115,9 @@ def test_flow_of_another_form_than_the_catalogues_is_found_and_helps_on_unseen_r
     first = found.findings[0]
     assert 'viscous_flow' in (first.effect, *first.indistinguishable_from)
     assert first.stage == 'mechanical'
+    # Errors are those of single samples: what of them is noise no model takes away.
     fit = found.fit['displacement']
-    assert fit.improved < 0.5 * fit.calibrated
+    assert fit.improved**2 - fit.noise**2 < 0.25 * (fit.calibrated**2 - fit.noise**2)
     assert 'viscous_flow' in found.improved.effects or first.effect in found.improved.effects
 
 

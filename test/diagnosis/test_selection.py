@@ -174,7 +174,7 @@ def test_a_sensor_that_is_next_to_right_and_a_room_next_to_still_have_no_name(so
     """Less than a twentieth of what is usual; physics may be fainter, to a fiftieth."""
     for effect, usual, hardly in (
         ('temperature_offset', {'o': 0.5}, {'o': 0.005}),
-        ('airflow', {'g': 0.3}, {'g': 0.002}),
+        ('ambient_drift', {'a': 1.0}, {'a': 0.005}),
     ):
         assert begins(as_rival(softened, effect, 1000.0, **usual))
         assert not begins(as_rival(softened, effect, 1000.0, **hardly))
