@@ -16,7 +16,7 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import Unknown
 from tcp_muscle_ros.diagnosis.search.company import THRESHOLD
-from tcp_muscle_ros.diagnosis.search.holdout import confirmation, held_out
+from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
@@ -65,8 +65,9 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
             remains = excess(better, found)
             gained = penalised(start) - score
             enough = remains < _HALF * left and gained > 2.0 * THRESHOLD and score < scored - THRESHOLD
-            if enough and confirmation(start, better)[0].holds:
-                best, scored = replace(_selection(found, start, better, law, kept), unnamed=unnamed), score
+            if enough and (gain := confirmation(start, better)[0]).holds:
+                chosen = _selection(found, start, better, law, kept, gain)
+                best, scored = replace(chosen, unnamed=unnamed), score
                 left = remains / _HALF  # what comes after must be clearly better still
         if best is not found:
             return _among(best, tried)  # where a law stands instead of a name, none is sought beside it
@@ -182,11 +183,10 @@ def with_law(problem: Problem, law: Law) -> tuple[Problem, tuple[Unknown, ...]]:
     return replace(problem, parameters=parameters, unknowns=(*problem.unknowns, *added)), added
 
 
-def _selection(found: Selection, start: Fit, better: Fit, law: Law, kept: Sequence[Chosen]) -> Selection:
+def _selection(found: Selection, start: Fit, better: Fit, law: Law, kept: Sequence[Chosen], gain: Gain) -> Selection:
     """The selection that has the law, and the listed effects that stay."""
     final, structure = settle_noise(better, 1)
     drop = penalised(start) - penalised(better)
-    gain, _ = confirmation(start, better)
     replaced = [c.effect for c in found.chosen if c not in kept]
     share = 1.0 - excess(better, found) / max(excess(found.calibrated, found), 1e-300)
     effect = law.basis.effect
