@@ -34,9 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for runs, reports and the log')
     parser.add_argument('--resume', action='store_true', help='continue an investigation that was stopped')
-    parser.add_argument('--first', metavar='PROTOCOL.yaml', help='the first protocol (default: three heatings)')
+    parser.add_argument('--first', metavar='PROTOCOL.yaml', help='record this first (default: six protocols, 24 min)')
     parser.add_argument('--minutes', type=float, default=90.0, metavar='N', help='longest muscle time in minutes (90)')
-    parser.add_argument('--runs', type=int, default=10, metavar='N', help='most runs, the one kept back included (10)')
+    parser.add_argument('--runs', type=int, default=20, metavar='N', help='most runs, the one kept back included (20)')
     parser.add_argument('--cycles', type=int, default=1000, metavar='N', help='most heating cycles (1000)')
     parser.add_argument(
         '--simulated', metavar='MUSCLE.yaml', help='use a simulated muscle, to try the command out'
@@ -77,13 +77,8 @@ def _folder(args: argparse.Namespace) -> Path:
 def _investigation(
     args: argparse.Namespace, folder: Path, model: Parameters, limits: RigLimits | None
 ) -> Investigation:
-    from tcp_muscle_ros.commands.investigation import (
-        Budget,
-        Investigation,
-        allowed_of,
-        first_protocol,
-        kept_back_protocol,
-    )
+    from tcp_muscle_ros.commands.exploring import first_protocols, kept_back_protocol, loads_about
+    from tcp_muscle_ros.commands.investigation import Budget, Investigation, allowed_of
     from tcp_muscle_ros.muscle import ZERO_CELSIUS
     from tcp_muscle_ros.recording.protocol import read_protocol
     from tcp_muscle_ros.settings.operating import OPERATING
@@ -96,14 +91,17 @@ def _investigation(
     load, ambient = file.number('load_n'), file.number('ambient_temperature_c') + ZERO_CELSIUS
     if allowed.loads:
         load = min(allowed.loads, key=lambda one: abs(one - load))
-    first = read_protocol(args.first) if args.first else first_protocol(current, load, ambient)
+    by_itself = bool(args.simulated or args.yes or (limits is not None and not limits.by_person))
+    loads = loads_about(load, allowed.loads) if by_itself else (load,)
+    first = [read_protocol(args.first)] if args.first else first_protocols(current, loads, load, ambient)
     kept = kept_back_protocol(current, load, ambient)
     simulated = _Simulated(args.simulated) if args.simulated else None
     return Investigation(
         folder,
         simulated or _Live(args, model, limits),
         lambda bags, report: _diagnosed(bags, report, args.params),
-        (allowed_of(first, model, allowed), allowed_of(kept, model, allowed)),
+        [allowed_of(one, model, allowed) for one in first],
+        allowed_of(kept, model, allowed),
         lambda protocol: allowed_of(protocol, model, allowed),
         Budget(60.0 * args.minutes, args.runs, args.cycles),
         _say,

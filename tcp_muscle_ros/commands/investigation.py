@@ -1,4 +1,4 @@
-"""The loop of ``tcp_muscle investigate``: record, diagnose all so far, record what the diagnosis proposes, and so on.
+"""The loop of ``tcp_muscle investigate``: record the first protocols, diagnose all so far, record what is proposed.
 
 Every step that is done is a line of DIR/log.jsonl; what is not in it was not done, and is done again after a kill -9.
 """
@@ -15,17 +15,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.protocol import Protocol as Played
-from tcp_muscle_ros.recording.protocol import Ramp, Segment, read_protocol
+from tcp_muscle_ros.recording.protocol import Ramp, read_protocol
 from tcp_muscle_ros.recording.units import UNITS
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.control.playing import Allowed
     from tcp_muscle_ros.muscle import Parameters
 
-_RATE = 20.0  # Hz
-# Seconds and shares of the largest current, one after the other: heating to three temperatures and cooling from each.
-_FIRST = ((5.0, 0.0), (25.0, 1.0), (45.0, 0.0), (25.0, 0.8), (45.0, 0.0), (25.0, 0.65), (45.0, 0.0))
-_KEPT_BACK = ((5.0, 0.0), (12.0, 0.9), (8.0, 0.5), (20.0, 0.0), (20.0, 0.7), (10.0, 1.0), (45.0, 0.0))
 _GENTLER = 0.9  # times the current, again and again, until a protocol is allowed
 _GENTLEST = 0.3
 _MATCHES = ('match', 'wrong_parameters')
@@ -45,21 +41,6 @@ class Budget:
     duration: float
     runs: int
     cycles: int
-
-
-def first_protocol(current: float, load: float, ambient: float) -> Played:
-    """What is recorded first: heating to three temperatures and cooling from each."""
-    return _made(_FIRST, current, load, ambient)
-
-
-def kept_back_protocol(current: float, load: float, ambient: float) -> Played:
-    """What is recorded last and shown to no diagnosis."""
-    return _made(_KEPT_BACK, current, load, ambient)
-
-
-def _made(steps: Sequence[tuple[float, float]], current: float, load: float, ambient: float) -> Played:
-    segments = tuple(Segment(seconds, Ramp(share * current, share * current)) for seconds, share in steps)
-    return Played(_RATE, 'current', segments, load=load, ambient=ambient)
 
 
 def allowed_of(protocol: Played, model: Parameters, allowed: Allowed) -> Played:
@@ -151,7 +132,8 @@ class Investigation:
         folder: where everything is kept.
         plant: what is investigated.
         diagnose: writes the report on these bags to this folder, and returns its content.
-        protocols: the first protocol, and that of the run that is kept back.
+        first: the protocols that are recorded before anything is diagnosed, as far as the budget goes.
+        kept_back: that of the run that no diagnosis sees.
         admit: a protocol as the rig allows it; BadInput where it does not.
         budget: what may be spent.
         say: told of every step.
@@ -162,13 +144,14 @@ class Investigation:
         folder: Path,
         plant: Plant,
         diagnose: Callable[[Sequence[Path], Path], Mapping[str, Any]],
-        protocols: tuple[Played, Played],
+        first: Sequence[Played],
+        kept_back: Played,
         admit: Callable[[Played], Played],
         budget: Budget,
         say: Callable[[str], None],
     ) -> None:
         self._folder, self._plant, self._diagnose = folder, plant, diagnose
-        self._first, self._kept_back = protocols
+        self._first, self._kept_back = first, kept_back
         self._admit, self._budget, self._say = admit, budget, say
         for name in ('protocols', 'runs', 'reports'):
             (folder / name).mkdir(parents=True, exist_ok=True)
@@ -178,30 +161,36 @@ class Investigation:
         """Go on from where the log ends, to the end."""
         while not self.log.of('end'):
             runs, reports = self.log.of('run'), self.log.of('diagnosis')
-            if len(reports) < len(runs):
+            protocol = self._unrecorded(len(runs))
+            if protocol is not None:
+                self._record('run', f'run_{len(runs) + 1}', protocol)
+            elif not reports or reports[-1]['runs'] < len(runs):
                 self._report(len(runs))
             else:
-                self._next(len(runs) + 1, reports[-1] if reports else None)
+                self._propose(len(runs) + 1, reports[-1])
         if not self.log.of('kept_back'):
             self._record('kept_back', 'kept_back', self._kept_back)
 
-    def _next(self, number: int, last: Mapping[str, Any] | None) -> None:
-        """The next run, or the end."""
-        if last is None:
-            protocol = self._first
-        else:
-            if last['decided']:
-                self._end(last['decided'])
-                return
-            protocol = read_protocol(self._folder / last['report'] / last['protocol'])
-            try:
-                protocol = self._admit(protocol)
-            except BadInput as error:
-                self._end(f'the rig does not allow the proposed experiment: {error}')
-                return
-        spent = self._beyond(protocol)
-        if spent and last is None:
+    def _unrecorded(self, count: int) -> Played | None:
+        """The next of the first protocols once ``count`` runs are recorded; None where all are, or the budget ends."""
+        if self.log.of('diagnosis') or count >= len(self._first):
+            return None
+        spent = self._beyond(self._first[count])
+        if spent and not count:
             raise BadInput(f'{spent} before anything is recorded: a first run and one that is kept back need more')
+        return None if spent else self._first[count]
+
+    def _propose(self, number: int, last: Mapping[str, Any]) -> None:
+        """The experiment that the last diagnosis proposes, or the end."""
+        if last['decided']:
+            self._end(last['decided'])
+            return
+        try:
+            protocol = self._admit(read_protocol(self._folder / last['report'] / last['protocol']))
+        except BadInput as error:
+            self._end(f'the rig does not allow the proposed experiment: {error}')
+            return
+        spent = self._beyond(protocol)
         if spent:
             self._end(spent)
         else:
@@ -239,6 +228,7 @@ class Investigation:
         self.log.add(
             'diagnosis',
             report=str(report.relative_to(self._folder)),
+            runs=number,
             verdict=content['verdict'],
             headline=content['headline'],
             protocol=proposed.get('protocol'),

@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tcp_muscle_ros.commands.exploring import first_protocols, kept_back_protocol, loads_about
 from tcp_muscle_ros.commands.investigation import (
     Budget,
     Investigation,
@@ -13,8 +15,6 @@ from tcp_muscle_ros.commands.investigation import (
     allowed_of,
     cycles_of,
     decided,
-    first_protocol,
-    kept_back_protocol,
     render,
 )
 from tcp_muscle_ros.control.playing import Allowed, refuse_beyond
@@ -23,7 +23,8 @@ from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.protocol import Protocol, Ramp, Segment, read_protocol
 
 MODEL = Parameters.named('karami_tadesse_2017')
-FIRST, KEPT = first_protocol(0.2, 0.5, 296.15), kept_back_protocol(0.2, 0.5, 296.15)
+EXPLORED = first_protocols(0.2, (0.25, 0.5, 1.0), 0.5, 296.15)
+FIRST, KEPT = EXPLORED[0], kept_back_protocol(0.2, 0.5, 296.15)
 WIDE = Budget(1e6, 100, 1000)
 
 
@@ -63,8 +64,8 @@ class Rig:
             'next_experiment': None if over else {'protocol': 'next.yaml'},
         }
 
-    def investigation(self, folder, budget=WIDE, admit=lambda protocol: protocol):
-        return Investigation(folder, self, self.diagnose, (FIRST, KEPT), admit, budget, lambda _: None)
+    def investigation(self, folder, budget=WIDE, admit=lambda protocol: protocol, first=(FIRST,)):
+        return Investigation(folder, self, self.diagnose, first, KEPT, admit, budget, lambda _: None)
 
 
 def test_it_runs_what_is_proposed_until_it_is_decided_and_keeps_one_run_back(tmp_path):
@@ -75,6 +76,29 @@ def test_it_runs_what_is_proposed_until_it_is_decided_and_keeps_one_run_back(tmp
     assert [bag.name for bag in made.bags] == ['run_1', 'run_2', 'run_3']
     assert [bag.name for bag in made.kept_back] == ['kept_back']
     assert made.last_report.name == 'report_3'
+
+
+def test_all_first_protocols_are_recorded_before_anything_is_concluded_as_far_as_the_budget_goes(tmp_path):
+    made = Rig(decides=1).investigation(tmp_path / 'all', first=EXPLORED)
+    made.run()
+    assert [step['step'] for step in made.log.steps] == [*['run'] * len(EXPLORED), 'diagnosis', 'end', 'kept_back']
+    budget = Budget(sum(one.duration for one in (*EXPLORED[:3], KEPT)), 100, 1000)
+    short = Rig(decides=9).investigation(tmp_path / 'short', budget, first=EXPLORED)
+    short.run()
+    assert [step['step'] for step in short.log.steps] == [*['run'] * 3, 'diagnosis', 'end', 'kept_back']
+
+
+def test_what_is_recorded_first_covers_what_effects_depend_on_and_changes_no_load_where_the_rig_cannot():
+    loads = np.concatenate([one.sampled().load for one in EXPLORED])
+    assert set(loads) == {0.25, 0.5, 1.0}
+    cold = np.concatenate([one.sampled().load[one.sampled().drive < 0.02] for one in EXPLORED])
+    assert set(cold) == {0.25, 0.5, 1.0}
+    assert max(one.sampled().drive.max() for one in EXPLORED) == 0.2
+    by_hand = first_protocols(0.2, (0.5,), 0.5, 296.15)
+    assert len(by_hand) > 2
+    assert all(set(one.sampled().load) == {0.5} for one in by_hand)
+    assert loads_about(0.6, ()) == (0.3, 0.6, 0.9, 1.2)
+    assert loads_about(0.6, (0.9, 0.4, 3.0)) == (0.4, 0.9)
 
 
 @pytest.mark.parametrize('dies', range(1, 15))
@@ -139,7 +163,7 @@ def test_what_decides(more, why):
 def test_what_is_played_is_allowed_whatever_is_proposed(current, temperature):
     allowed = Allowed(current=current, temperature=temperature)
     try:
-        made = allowed_of(first_protocol(0.27, 0.5, 296.15), MODEL, allowed)
+        made = allowed_of(first_protocols(0.27, (0.5,), 0.5, 296.15)[0], MODEL, allowed)
     except BadInput:
         assert current < 0.09 or temperature < 303.0
         return
