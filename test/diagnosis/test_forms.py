@@ -5,7 +5,7 @@ import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
-from tcp_muscle_ros.diagnosis.fitting.forms import FORM, allowing_forms
+from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.noise.discrepancy import expected, whitening_of
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
@@ -42,7 +42,7 @@ def test_forms_are_allowed_for_and_taken_back():
         for observed in mine.observed.values():
             # A quarter of what the effect shows beside what the parameters mimic, at every instant.
             assert observed.discrepancy is not None
-            assert 0.0 < np.max(np.abs(observed.discrepancy)) < 4.0 * FORM * np.ptp(observed.value)
+            assert 0.0 < np.max(np.abs(observed.discrepancy)) < 4.0 * plain.problem.policy.form * np.ptp(observed.value)
     # The form is the muscle's own here: hardly anything is taken for an error of it.
     for left, weighed in zip(allowed.left, allowed.weighed, strict=True):
         for name, mine in left.items():

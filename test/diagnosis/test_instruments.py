@@ -14,8 +14,8 @@ def test_every_output_has_an_instrument_with_its_source():
 
 
 def test_an_instrument_that_is_better_in_single_readings_wanders_less():
-    assert largest_noise('displacement', 1e-6) == pytest.approx(5e-6)
-    assert largest_noise('displacement', 5e-5) == pytest.approx(np.hypot(7.5e-5, 4e-5))
+    assert largest_noise('displacement', 1e-6, 1.5) == pytest.approx(5e-6)
+    assert largest_noise('displacement', 5e-5, 1.5) == pytest.approx(np.hypot(7.5e-5, 4e-5))
 
 
 def test_a_swing_that_no_driver_tells_is_misfit_and_not_noise():

@@ -22,14 +22,12 @@ from tcp_muscle_ros.diagnosis.answer.notes import on_shared, on_slips
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
-from tcp_muscle_ros.diagnosis.fitting.forms import FORM
 from tcp_muscle_ros.diagnosis.fitting.generic import drivers
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
 from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.search.company import THRESHOLD
 from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained, locate, worst_channel
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
@@ -40,7 +38,6 @@ from tcp_muscle_ros.settings.ages import Age
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
 LEAST_SIGNAL = 3.0
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
-_HELPS = 0.98  # of the nominal error: recalibration that does not lower it so far, on unseen data, tells nothing
 LEAST_CHANCE = 0.5  # of deciding, from which an experiment is proposed
 
 
@@ -64,7 +61,8 @@ def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = No
     for k, u in enumerate(fitted.problem.unknowns):
         if u.recording is not None or '.' in u.name or u.name in (AMBIENT, START):
             continue
-        low, high = fitted.interval(k, beside=FORM * abs(float(fitted.z[k]) - bare.get(u.key, float(fitted.z[k]))))
+        form = fitted.problem.policy.form
+        low, high = fitted.interval(k, beside=form * abs(float(fitted.z[k]) - bare.get(u.key, float(fitted.z[k]))))
         value = u.from_fit(float(fitted.z[k]))
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
@@ -188,7 +186,7 @@ def _parameters_wrong(selection: Selection, nominal: Parameters) -> bool:
     shift = np.array([float(fitted.z[k]) - u.to_fit(nominal[u.name]) for k, u in zip(mine, unknowns, strict=True)])
     scale = np.array([max(u.prior_spread, 1e-9) for u in unknowns])
     distance = shift @ np.linalg.pinv(fitted.covariance[np.ix_(mine, mine)], hermitian=True) @ shift
-    return bool(distance > THRESHOLD + len(mine) and np.max(np.abs(shift) / scale) > _MATTERS)
+    return bool(distance > fitted.problem.policy.least_drop + len(mine) and np.max(np.abs(shift) / scale) > _MATTERS)
 
 
 def _verdict(findings: Sequence[Finding], unexplained: Unexplained | None, wrong: bool) -> str:
@@ -241,8 +239,9 @@ def conclude(
         location = locate(selection.calibrated, before, channel, stage)
     findings = _findings(selection)
     errors = fits(selection, nominal)
+    helps = selection.final.problem.policy.helps
     wrong = _parameters_wrong(selection, nominal) and any(
-        f.held_out is not None and f.held_out.before < _HELPS * f.nominal for f in errors.values()
+        f.held_out is not None and f.held_out.before < helps * f.nominal for f in errors.values()
     )
     verdict = _verdict(findings, remains, wrong)
     proposal = _proposal(selection)

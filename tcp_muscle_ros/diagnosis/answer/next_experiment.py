@@ -168,12 +168,12 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float) -> Proposal | None:
         for plan in plans(first.muscle, like.holding.starting_load, ambient)
         if (experiment := experiment_of(plan, like, ambient)).observed
     ]
-    best = min(rival.score for rival in members)
-    odds = {rival.effect: float(np.exp(-_ODDS * (rival.score - best) / margin(drop))) for rival in members}
+    best, policy = min(rival.score for rival in members), members[0].policy
+    odds = {rival.effect: float(np.exp(-_ODDS * (rival.score - best) / margin(drop, policy))) for rival in members}
 
     def look(without: Under, those: Sequence[Under], rounds: int) -> dict[tuple[str, str], float]:
         """How probable it is that each pair is told apart, whichever of the two is the muscle's."""
-        needed = margin(drop + separation(those[0], without, rounds))
+        needed = margin(drop + separation(those[0], without, rounds), policy)
         told = {}
         for (one, a), (two, b) in combinations(zip(names, those, strict=True), 2):
             each = [kept(separation(a, b, rounds), needed), kept(separation(b, a, rounds), needed)]

@@ -19,7 +19,6 @@ from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array
 
-FORM = 0.25  # of what an effect does: as far as its listed form is usually told from the muscle's own
 _SHARES = np.linspace(0.0, 1.0, 5)  # of all temperatures, warming and cooling
 _MOMENTS = 24  # of a recording, for what is a circumstance of each
 _NOTHING = 0.05  # of the noise
@@ -70,7 +69,7 @@ def _bent(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
                 bent = [signature[:, None] * smooth, size * smooth]
                 if EFFECTS[effect].whole or EFFECTS[effect].moments:
                     bent.append(size * _moments(observed.time))
-                ways[name] = FORM * np.hstack(bent)
+                ways[name] = plain.policy.form * np.hstack(bent)
         found.append(ways)
     return found
 

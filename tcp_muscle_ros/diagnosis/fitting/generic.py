@@ -142,13 +142,15 @@ def structure(
     repeated: Noise | None = None,
     averaged: float = 1.0,
     channel: str = '',
+    most_of_single: float = 1.5,
 ) -> Structure:
     """Regress one channel's residuals on the generic basis: first plainly to learn the noise, then whitened.
 
     ``floor`` is the quick noise (SI) of samples that are means of ``averaged`` readings: the noise is never taken to be
     less, nor more than such an instrument wanders: what is slow and large is misfit. ``repeated`` is the noise that
     repeated cycles show; it is taken where it is the smaller, since structure that this basis misses is not in it.
-    ``channel``: which it is; one that shows the stroke wears and is broken in.
+    ``most_of_single``: times the noise of single readings, which it is at most beside that wander. ``channel``: which
+    it is; one that shows the stroke wears and is broken in.
     """
     columns = basis(found, channel in STROKE)
     stacked, together = np.vstack(columns), np.concatenate(residuals)
@@ -163,7 +165,7 @@ def structure(
     noise = Noise(sigma, phi)
     if repeated is not None and slow_size(repeated) < slow_size(noise):
         noise = Noise(max(repeated.sigma, floor), repeated.phi)
-    most = largest_noise(channel, float(np.sqrt(averaged)) * floor)
+    most = largest_noise(channel, float(np.sqrt(averaged)) * floor, most_of_single)
     noise = Noise(min(noise.sigma, most), noise.phi)
     white = np.concatenate([whiten(r, t, noise) for r, t in zip(residuals, times, strict=True)])
     white_columns = np.vstack([whiten(c, t, noise) for c, t in zip(columns, times, strict=True)])

@@ -18,6 +18,7 @@ def structures(fitted: Fit) -> dict[str, Structure]:
     problem = fitted.problem
     outputs, left = fitted.outputs, fitted.weighed
     floor, twice = quick_noise(problem.experiments), done_twice(problem.experiments)
+    most = problem.policy.single_readings
     found = {}
     for name in sorted({n for e in problem.experiments for n in e.observed}):
         owners = [k for k, e in enumerate(problem.experiments) if name in e.observed]
@@ -26,7 +27,7 @@ def structures(fitted: Fit) -> dict[str, Structure]:
         mine = [left[k][name] for k in owners]
         averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
         repeated = pure_error(problem.experiments, left, name, twice)
-        found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged, name)
+        found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged, name, most)
     return found
 
 

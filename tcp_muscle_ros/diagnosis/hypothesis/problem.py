@@ -21,6 +21,7 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.stepping import SUBSTEP
 from tcp_muscle_ros.muscle.table import INDEX
+from tcp_muscle_ros.settings.policy import Policy, shipped
 
 FLOATING_ZERO = STROKE  # channels whose zero is a convention of the rig
 _RESOLUTION = 0.125  # of the usual substeps
@@ -37,7 +38,7 @@ Shown = dict[str, Array]  # by channel and _MELTING, what a model shows in one r
 class Problem:
     """What is fitted to what: experiments, the muscle that the unknowns start from, noise by channel.
 
-    ``work`` counts what is simulated.
+    ``work`` counts what is simulated; ``policy`` decides what is named.
     """
 
     experiments: tuple[Experiment, ...]
@@ -45,6 +46,7 @@ class Problem:
     unknowns: tuple[Unknown, ...]
     noise: Mapping[str, Noise]
     work: Work = field(default_factory=Work, compare=False, repr=False)
+    policy: Policy = field(default_factory=shipped, compare=False, repr=False)
 
     def with_noise(self, noise: Mapping[str, Noise]) -> 'Problem':
         """The same with other noise."""

@@ -23,14 +23,16 @@ INSTRUMENTS: Mapping[str, Instrument] = {
     'displacement': Instrument(4e-5, 'laser triangulation over 50 mm: linearity and drift 0.06 to 0.1 % of the range'),
     'force': Instrument(2e-3, 'load cells of 10 N: creep 0.02 %'),
 }
-# Single readings tell the noise to a share (colour between neighbours, quantisation), however good the instrument is.
-_OF_SINGLE = 1.5
 # An instrument that is better than these in single readings wanders less too: by so many times their noise at most.
 _MOST = 5.0
 
 
-def largest_noise(channel: str, single: float) -> float:
-    """The largest standard deviation (SI) that a channel's noise may have whose ``single`` readings have that one."""
+def largest_noise(channel: str, single: float, times: float) -> float:
+    """The largest standard deviation (SI) that a channel's noise may have whose ``single`` readings have that one.
+
+    They tell it to a share (colour between neighbours, quantisation): it is so many ``times`` as large at most, beside
+    what the instrument wanders.
+    """
     known = INSTRUMENTS.get(channel)
-    allowed = _MOST * single if known is None else float(np.hypot(_OF_SINGLE * single, known.wander))
+    allowed = _MOST * single if known is None else float(np.hypot(times * single, known.wander))
     return min(_MOST * single, allowed)

@@ -23,8 +23,6 @@ _MOST_VARIANTS = 6
 _WEAK, _APART = 0.1, 2.5
 _CROSSED = (0.15, 0.4, 0.6, 0.85)  # shares of an output's span
 _BEGINS, _SPANS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88), (0.06, 0.2, 2.0)  # shares of a recording
-# The price of a parameter of an effect, in units of the misfit: a flexible rival must not win by flexibility.
-PER_PARAMETER = 2.0
 
 
 @dataclass(frozen=True)
@@ -54,12 +52,11 @@ class Candidate:
         """The stage that the effect belongs to."""
         return self.definition.stage
 
-    @property
-    def worth(self) -> float:
-        """The gain less the price of its parameters, and of a choice that is not the usual one."""
+    def worth(self, price: float) -> float:
+        """The gain less the ``price`` of each of its parameters, and of a choice that is not the usual one."""
         rows = self.definition.parameters
         chosen = sum(bool(row.choices) and self.values[f'{self.effect}.{row.name}'] != row.value for row in rows)
-        return self.gain - PER_PARAMETER * (chosen + len(self.definition.fitted) * max(len(self.own), 1))
+        return self.gain - price * (chosen + len(self.definition.fitted) * max(len(self.own), 1))
 
     def starts(self) -> 'list[Candidate]':
         """Where a refit may start: as far as the linear approximation goes, and less far; at the usual strength and
@@ -229,7 +226,7 @@ def screen(
 
     Returns the best variant of each effect, best first, and for each effect the largest signal of its variants.
     """
-    base = Screen.of(fitted)
+    base, price = Screen.of(fitted), fitted.problem.policy.per_parameter
 
     def best(effect: str) -> tuple[Candidate | None, float]:
         if progress:
@@ -237,10 +234,10 @@ def screen(
         found = base.candidates(effect)
         if not found:
             return None, 0.0
-        first = max(found, key=lambda c: c.worth)
+        first = max(found, key=lambda c: c.worth(price))
         others = [c for c in found if c is not first and not c.own]
         if others and not first.own:
-            first = replace(first, second=max(others, key=lambda c: c.worth).values)
+            first = replace(first, second=max(others, key=lambda c: c.worth(price)).values)
         return first, max(c.signal for c in found)
 
     with ThreadPoolExecutor(_WORKERS) as pool:

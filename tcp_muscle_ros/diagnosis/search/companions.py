@@ -6,21 +6,12 @@ from dataclasses import dataclass
 from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
-from tcp_muscle_ros.diagnosis.search.company import (
-    OF_ALL,
-    THRESHOLD,
-    Contest,
-    good_company,
-    largest_share,
-    least_of_rest,
-)
+from tcp_muscle_ros.diagnosis.search.company import Contest, good_company, largest_share, least_of_rest
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.search.picking import pick
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink, times_usual
 
-_OF_ALL = 0.01  # of what was missed: less is hardly worth a name, and a form may miss more than is allowed for
-_PROMISES = 2.0 * THRESHOLD  # worth the time of its refits: what is found promises several times as much
-_OF_REST = 0.4  # of what is left without it
+_PROMISES = 2.0  # least drops, worth the time of its refits: what is found promises several times as much
 # Of what is left, an effect that none comes near takes so much that it may be less of what was missed.
 _MOST, _LITTLE, _NEAR = 0.7, 0.001, 0.65
 
@@ -52,7 +43,8 @@ def companions(
         beside = _allowing_for(present, others)
 
         def good(rival: Rival, rivals: Sequence[Rival], beside: Fit = beside) -> bool:
-            if good_company(calibrated, beside, rival.fit, least_of_rest(rival, _OF_REST), _least(rival)):
+            rest = least_of_rest(rival, rival.policy.of_rest_at_first)
+            if good_company(calibrated, beside, rival.fit, rest, _least(rival)):
                 return True
             alone = not _bends(rival) and _stands_alone(rival, rivals, beside)
             return alone and good_company(calibrated, beside, rival.fit, least_of_rest(rival, _MOST), _LITTLE)
@@ -84,7 +76,7 @@ def stand_ins(present: Fit, accepted: Sequence[str]) -> tuple[list[str], Fit]:
     found: list[str] = []
     for effect in accepted:
         bare = shrink(present, effect)
-        if penalised(bare) - penalised(present) < THRESHOLD:
+        if penalised(bare) - penalised(present) < present.problem.policy.least_drop:
             found.append(effect)
             present = bare
     return found, present
@@ -115,5 +107,6 @@ def _least(rival: Rival) -> float:
     Beside a draught, whose course is free, no form misses much.
     """
     if _bends(rival):
-        return OF_ALL
-    return 0.0 if any(e.draught is not None for e in rival.fit.problem.experiments) else _OF_ALL
+        return rival.policy.of_all
+    free = any(e.draught is not None for e in rival.fit.problem.experiments)
+    return 0.0 if free else rival.policy.companion_of_all

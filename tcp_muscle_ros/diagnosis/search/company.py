@@ -12,16 +12,9 @@ from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, conditions, conf
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, prefer, rivals_for, shrink, times_usual
 from tcp_muscle_ros.muscle import EFFECTS
 
-# 2 ln(trials / level) for some hundred directions at a level of 1 in 100.
-THRESHOLD = 20.0
 _REVISED = 3  # rivals that an effect must hold against
 _MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
-OF_ALL = 0.05  # of what was missed: what remains beside a strong effect, whose form is not quite the muscle's
-_LEAST_APART = 0.08  # of that, where an effect stands apart
-# Of what is left without it, an effect takes most; while others are still to be found, less.
-OF_REST, OF_REST_AT_FIRST = 0.65, 0.4
-# One that is fainter than such a share of its usual strength, or the other way round, takes nearly all of it.
-_FAINT_BESIDE, _NEARLY_ALL = 0.15, 0.85
+_LEAST_APART = 0.08  # of what an effect beside others takes of all at least, where an effect stands apart
 # Channels that show a stage; what the end does shows all that is mechanical, for want of anything else.
 _SHOWN_BY = {'thermal': {'temperature', 'resistance'}, 'electrical': {'resistance'}}
 _TRIFLE = 0.1  # of the noise's variance: what a companion of a stronger effect must take away at least
@@ -48,26 +41,28 @@ def share(before: dict[str, Structure], fitted: Fit, after: Fit) -> float:
 
 
 def good_company(
-    calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all: float = OF_ALL, apart: bool = False
+    calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all: float | None = None, apart: bool = False
 ) -> bool:
     """Whether an effect beside a stronger one is more than what the stronger one's form leaves.
 
-    It takes a share ``of_all`` of what was missed, and a share ``rest`` of what is left: what a form leaves, several
-    effects explain a little, and none of them all. One that stands ``apart`` may be the less of what was missed, the
-    more it takes of what is left.
+    It takes a share ``of_all`` (None: the policy's) of what was missed, and a share ``rest`` of what is left: what a
+    form leaves, several effects explain a little, and none of them all. One that stands ``apart`` may be the less of
+    what was missed, the more it takes of what is left.
     """
+    policy = fitted.problem.policy
     took = largest_share(without, without, fitted, robust=False)
+    least = policy.of_all if of_all is None else of_all
     if apart:
-        of_all *= max(_LEAST_APART, min(1.0, (1.0 - took) / (1.0 - OF_REST_AT_FIRST)))
-    return took >= rest and largest_share(calibrated, without, fitted) >= of_all
+        least *= max(_LEAST_APART, min(1.0, (1.0 - took) / (1.0 - policy.of_rest_at_first)))
+    return took >= rest and largest_share(calibrated, without, fitted) >= least
 
 
 def least_of_rest(rival: Rival, usually: float) -> float:
     """Of what is left, what an effect must take beside others: ``usually``, or nearly all where it is physics of a
     strength that is hardly known of the fibre, or of a stage that no channel shows, as what forms leave looks like."""
     physics = rival.definition.stage != 'sensor'
-    hardly = times_usual(rival) < _FAINT_BESIDE or not _shown(rival.effect, rival.fit)
-    return max(usually, _NEARLY_ALL) if physics and hardly else usually
+    hardly = times_usual(rival) < rival.policy.faint_beside or not _shown(rival.effect, rival.fit)
+    return max(usually, rival.policy.nearly_all) if physics and hardly else usually
 
 
 def _shown(effect: str, fitted: Fit) -> bool:
@@ -84,7 +79,7 @@ def stands_apart(effect: str, fitted: Fit, accepted: Sequence[str]) -> bool:
     definition = EFFECTS[effect]
     if definition.stage in found | {'sensor'} or definition.circumstance or SWINGS in accepted:
         return False
-    return _shown(effect, fitted) and times_usual(Rival(effect, fitted, 0.0)) >= _FAINT_BESIDE
+    return _shown(effect, fitted) and times_usual(Rival(effect, fitted, 0.0)) >= fitted.problem.policy.faint_beside
 
 
 def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) -> float:
@@ -132,7 +127,7 @@ def revise(
             rivals = [r for r in found if r.effect != effect and begins(r)]
             rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)
             drop = penalised(bare) - min(r.score for r in rivals)
-            if drop < THRESHOLD:
+            if drop < present.problem.policy.least_drop:
                 present, changed = bare, True
                 accepted.remove(effect)
                 contests.pop(effect, None)
@@ -166,7 +161,9 @@ def confirm(
         gain, looked_at = confirmation(bare, present)
         apart = stands_apart(effect, present, accepted)
         # What a swing leaves of itself hides what it took.
-        fits_in = effect in (strongest, SWINGS) or good_company(calibrated, bare, present, OF_REST, apart=apart)
+        fits_in = effect in (strongest, SWINGS) or good_company(
+            calibrated, bare, present, present.problem.policy.of_rest, apart=apart
+        )
         if gain.holds and fits_in:
             standing[effect] = gain, largest_share(calibrated, bare, present)
             other_conditions &= looked_at[0].whole is not None

@@ -15,7 +15,6 @@ from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import Unknown
-from tcp_muscle_ros.diagnosis.search.company import THRESHOLD
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink
@@ -54,7 +53,7 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
     unnamed = unexplained(found.told)
     if unnamed is None or found.leapt is not None or not found.final.problem.work.left:
         return found
-    left = excess(found.final, found)
+    left, least = excess(found.final, found), found.final.problem.policy.least_drop
     best, scored = found, np.inf
     for start, kept in _starts(found):
         tried: list[Rival] = []
@@ -64,7 +63,7 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
             tried.append(Rival(law.basis.effect, better, score))
             remains = excess(better, found)
             gained = penalised(start) - score
-            enough = remains < _HALF * left and gained > 2.0 * THRESHOLD and score < scored - THRESHOLD
+            enough = remains < _HALF * left and gained > 2.0 * least and score < scored - least
             if enough and (gain := confirmation(start, better)[0]).holds:
                 chosen = _selection(found, start, better, law, kept, gain)
                 best, scored = replace(chosen, unnamed=unnamed), score
@@ -123,7 +122,7 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None) -> list[L
             if progress:
                 progress()
             law = _judged(fitted, projection, basis(effect, low, high, driver, _KNOTS, both_ways=True))
-            if law is not None and law.gain > THRESHOLD:
+            if law is not None and law.gain > fitted.problem.policy.least_drop:
                 laws.append(law)
     return sorted(laws, key=lambda law: -law.gain)
 

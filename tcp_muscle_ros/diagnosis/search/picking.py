@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen
-from tcp_muscle_ros.diagnosis.search.company import THRESHOLD, Contest, share
+from tcp_muscle_ros.diagnosis.search.company import Contest, share
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation
 from tcp_muscle_ros.diagnosis.search.rivals import CONTEST, Rival, begins, own, penalised, prefer, rescored, rivals_for
 
-_LEAST_SHARE = 0.08  # of what is left, that an effect takes away
 _TRIES = 4
 _ANYWHERE = 2.0  # times the usual drop: what may begin and end anywhere, or differs from recording to recording
 
@@ -42,15 +41,16 @@ def pick(
     pool: Sequence[str],
     good: Callable[[Rival, Sequence[Rival]], bool],
     progress: Callable[[], None] | None,
-    least: float = 0.5 * THRESHOLD,
+    least: float = 0.5,
 ) -> Picked:
     """Pick one of ``pool`` to go beside what ``present`` has, which leaves ``structure``; ``good`` asks for more of
     it among its rivals.
 
-    Nothing is refitted where no candidate promises to lower the misfit by ``least``.
+    Nothing is refitted where no candidate promises ``least`` times the drop of the misfit that an effect must bring.
     """
     ranked, signals = screen(present, pool, progress)
-    if not ranked or ranked[0].gain < least:
+    policy = present.problem.policy
+    if not ranked or ranked[0].gain < least * policy.least_drop:
         return Picked(None, (0.0, []), tuple(ranked), signals)
     tried = rivals_for(present, ranked, progress)
     bare = penalised(present)
@@ -64,7 +64,7 @@ def pick(
             settled, close = rescored(present, rivals)
             effect = prefer(close, settled).effect
             first = next(r for r in rivals if r.effect == effect)
-        enough = share(structure, present, first.fit) >= _LEAST_SHARE and good(first, every)
+        enough = share(structure, present, first.fit) >= policy.least_share and good(first, every)
         if enough and confirmation(present, first.fit)[0].holds:
             drop = bare - first.score
             contest = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
@@ -77,4 +77,4 @@ def _least_drop(rival: Rival) -> float:
     """Of the score, that chance does not give."""
     effect = rival.definition
     anywhere = own(rival) or (effect.circumstance and effect.stage != 'sensor')
-    return THRESHOLD * (_ANYWHERE if anywhere else 1.0)
+    return rival.policy.least_drop * (_ANYWHERE if anywhere else 1.0)

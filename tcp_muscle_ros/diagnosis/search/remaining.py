@@ -4,17 +4,14 @@ from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained, loca
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.diagnosis.search.shared import wandering
 
-# A generic misfit that keeps more than this share of what was there has not been explained by the named effects; less,
-# if it is plain beside the noise, or if only sensors were named, whose faults are told exactly.
-_STILL, _STILL_PLAIN = 0.2, 0.06
 _BEYOND, _PLAIN, _FAR_BEYOND = 1.5, 4.0, 8.0  # times the noise's variance
 _AROUND = 5.0  # s before and after a leap
 
 
 def unexplained(selection: Selection) -> Unexplained | None:
     """What remains, if it is real and no trifle beside what was there; what leapt is taken out, not explained."""
-    leapt = _leaps(selection)
-    if leapt is not None and leapt.share >= _STILL:
+    leapt, policy = _leaps(selection), selection.final.problem.policy
+    if leapt is not None and leapt.share >= policy.still:
         return leapt
     after = selection.structure_after
     had, has = selection.calibrated.mean_square, selection.final.mean_square
@@ -26,12 +23,13 @@ def unexplained(selection: Selection) -> Unexplained | None:
         beyond = missed / s.noise.sigma**2
         if (s.significant and (s.confirmed or beyond > _BEYOND)) or beyond > _FAR_BEYOND:
             share = missed / max(had[name] - s.noise.sigma**2, 1e-300) if selection.chosen else 1.0
-            if share >= (_STILL_PLAIN if sensors or beyond > _PLAIN else _STILL):
+            # Sensors' faults are told exactly.
+            if share >= (policy.still_plain if sensors or beyond > _PLAIN else policy.still):
                 left[name] = beyond, share
     channel = max(left, key=lambda name: left[name], default=None)
     if channel is None:
         together = wandering(selection)
-        return together if together is not None and together.share >= _STILL else None
+        return together if together is not None and together.share >= policy.still else None
     share = left[channel][1]
     place = locate(selection.final, after, channel)
     driver = place.drivers[0]

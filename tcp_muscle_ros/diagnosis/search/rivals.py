@@ -8,28 +8,16 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, structures, with_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import without_effect
-from tcp_muscle_ros.diagnosis.search.candidates import PER_PARAMETER, Candidate, with_effect
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Effect
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.settings.policy import Policy
 
 SHORTLIST = 6
-# Models whose misfit differs by less than this are not told apart: odds of e^3 = 20 to 1.
-AMBIGUOUS = 6.0
-# No listed form is quite the muscle's own. Where two explain all but this share of the same misfit, form decides
-# nothing, however many samples there are.
-ALIKE = 0.1
 CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
-# Times its usual strength: farther off is hardly ever a sensor that works; and beyond any that is in use.
-_FAR, _BEYOND_USE = 2.5, 10.0
-_FAINT = 0.1  # of its usual strength: less, or the other way round, is hardly what is known of the fibre
-# Of it: so little is none. A sensor or a room: the log knows its instants and inputs no better; physics of the fibre.
-_NOTHING, _HARDLY = 0.05, 0.02
 _END = 1e-4  # relative
 _NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from its middle
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
-# Of the best rival's drop: a model that misses so much more is beaten; by what differs from recording to recording, and
-# bends to much, one that holds for all of them alike is not so soon.
-_BEATEN, _BENDING = 0.003, 0.04
 # What begins in so many recordings within so many s after a switch (a share of the drive's span) is no chance.
 _SEVERAL, _TOGETHER, _SWITCH = 3, 2.0, 0.05
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
@@ -48,22 +36,31 @@ class Rival:
         """What the effect says of itself."""
         return EFFECTS[self.effect]
 
+    @property
+    def policy(self) -> Policy:
+        """What decides whether it is named."""
+        return self.fit.problem.policy
 
-def margin(drop: float) -> float:
-    """The difference of scores below which two models are not told apart, given what both explain."""
-    return max(AMBIGUOUS, ALIKE * drop)
+
+def margin(drop: float, policy: Policy) -> float:
+    """The difference of scores below which two models are not told apart, given what both explain.
+
+    No listed form is quite the muscle's own: where two explain nearly the same, form decides nothing, however many
+    samples there are.
+    """
+    return max(policy.told_apart, policy.alike * drop)
 
 
 def close_rivals(rivals: Sequence[Rival], drop: float) -> list[Rival]:
     """Those that are not told from the best."""
     best = min(r.score for r in rivals)
-    return [r for r in rivals if r.score - best < margin(drop)]
+    return [r for r in rivals if r.score - best < margin(drop, r.policy)]
 
 
 def penalised(fitted: Fit) -> float:
     """The objective with a price on parameters of effects, so that a flexible rival does not win by flexibility."""
     count = sum('.' in u.name for u in fitted.problem.unknowns)
-    return fitted.objective + PER_PARAMETER * count
+    return fitted.objective + fitted.problem.policy.per_parameter * count
 
 
 def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit | None:
@@ -134,8 +131,10 @@ def rivals_for(
 def begins(rival: Rival) -> bool:
     """Whether it is there at all, not next to nothing; and what the effect needs to be crossed, the muscle crosses or
     nearly. Else it is another one in disguise."""
-    definition = rival.definition
-    if _largest(rival) < (_NOTHING if definition.circumstance or definition.stage == 'sensor' else _HARDLY):
+    definition, policy = rival.definition, rival.policy
+    # Of a sensor or a room the log knows the instants and inputs no better than to a few per cent.
+    told = definition.circumstance or definition.stage == 'sensor'
+    if _largest(rival) < (policy.trace_of_circumstance if told else policy.trace_of_physics):
         return False
     if definition.moments and follows_the_drive(rival):
         return False
@@ -193,22 +192,23 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     follows another's by what it may bend: it must be more than alike to win. What had to be bent as far as it goes is
     not alike. ``bare`` is the score without any of them.
     """
-    best = min(r.score for r in rivals)
+    best, policy = min(r.score for r in rivals), rivals[0].policy
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
         rivals = [r for r in rivals if not _beyond_belief(r)]
         best = min(r.score for r in rivals)
     bends = own(min(rivals, key=lambda r: r.score))
 
     def beaten(rival: Rival) -> bool:
-        share = _BENDING if bends and not own(rival) else _BEATEN
-        return rival.score - best >= max(AMBIGUOUS, share * (bare - best))
+        # By what differs from recording to recording, and bends to much, one that holds for all is not soon beaten.
+        share = policy.bending if bends and not own(rival) else policy.beaten
+        return rival.score - best >= max(policy.told_apart, share * (bare - best))
 
     close = [r for r in rivals if not beaten(r)]
     known = any(_known(r) for r in close)
 
     def order(rival: Rival) -> tuple[bool, int, bool, bool, int, float]:
         effect = rival.definition
-        far = known and abs(times_usual(rival)) > _FAR
+        far = known and abs(times_usual(rival)) > policy.far
         rank = 1 if effect.stage != 'sensor' else 2 if far else 0
         turned = effect.stage != 'sensor' and times_usual(rival) < 0.0
         return own(rival), rank, turned, effect.unexpected, len(effect.fitted), rival.score
@@ -237,13 +237,13 @@ def _at_its_end(rival: Rival) -> bool:
 
 def _known(rival: Rival) -> bool:
     """Whether it is physics about as strong as is known of the fibre."""
-    return rival.definition.stage != 'sensor' and times_usual(rival) >= _FAINT
+    return rival.definition.stage != 'sensor' and times_usual(rival) >= rival.policy.faint
 
 
 def _beyond_belief(rival: Rival) -> bool:
     """Whether it is a sensor that is off as none that is in use: so far, or as its cause never makes it."""
     effect, strength = rival.definition, times_usual(rival)
-    return effect.stage == 'sensor' and (abs(strength) > _BEYOND_USE or (effect.one_way and strength < 0.0))
+    return effect.stage == 'sensor' and (abs(strength) > rival.policy.beyond_use or (effect.one_way and strength < 0.0))
 
 
 def times_usual(rival: Rival) -> float:

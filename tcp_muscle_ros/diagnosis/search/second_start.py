@@ -13,13 +13,12 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import with_noise
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS, SWINGS
 from tcp_muscle_ros.diagnosis.search.candidates import screen
-from tcp_muscle_ros.diagnosis.search.company import THRESHOLD
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, rivals_for
 from tcp_muscle_ros.diagnosis.search.selection import Selection, select, select_from
 
 _SECONDS = 2  # refitted beside each first effect
-_PROMISES = 2.0 * THRESHOLD  # worth the time of a search
+_PROMISES = 2.0  # least drops, worth the time of a search
 _LEFT = 0.5  # of what was unexplained: as much as may still be
 
 
@@ -34,7 +33,7 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
         return found
     if not slips.slipping(found.final):
         pair = _best_pair(found, effects, progress)
-        if pair is None or penalised(found.final) - pair.score < _PROMISES:
+        if pair is None or penalised(found.final) - pair.score < _PROMISES * calibrated.problem.policy.least_drop:
             return found
         again = select_from(pair.fit, calibrated, effects, progress)
     elif len(found.chosen) == 1:
@@ -68,4 +67,5 @@ def _best_pair(found: Selection, effects: Sequence[str], progress: Callable[[], 
 
 def _better(one: Fit, other: Fit) -> bool:
     """Whether one model fits better than another by more than chance gives, under its own noise."""
-    return penalised(with_noise(other, dict(one.problem.noise))) - penalised(one) >= THRESHOLD
+    gained = penalised(with_noise(other, dict(one.problem.noise))) - penalised(one)
+    return gained >= one.problem.policy.least_drop

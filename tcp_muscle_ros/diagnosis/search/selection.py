@@ -17,7 +17,6 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, stru
 from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, LIKE_SLIPS, SLIPS, SWINGS
 from tcp_muscle_ros.diagnosis.search.companions import companions, stand_ins
 from tcp_muscle_ros.diagnosis.search.company import (
-    OF_REST_AT_FIRST,
     Contest,
     confirm,
     good_company,
@@ -29,10 +28,9 @@ from tcp_muscle_ros.diagnosis.search.company import (
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
-from tcp_muscle_ros.diagnosis.search.rivals import AMBIGUOUS, Rival, close_rivals, margin, penalised
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.muscle import EFFECTS, Effect
 
-MOST_EFFECTS = 4
 _REVISIONS = 2
 
 
@@ -63,7 +61,8 @@ class Chosen:
     def confidence(self) -> float:
         """Its share of the likelihood among its rivals."""
         scores = np.array([r.score for r in self.rivals])
-        weights = np.exp(-0.5 * AMBIGUOUS / margin(self.drop) * (scores - scores.min()))
+        policy = self.rivals[0].policy
+        weights = np.exp(-0.5 * policy.told_apart / margin(self.drop, policy) * (scores - scores.min()))
         mine = next(w for w, r in zip(weights, self.rivals, strict=True) if r.effect == self.effect)
         return float(mine / weights.sum())
 
@@ -100,7 +99,7 @@ class Selection:
 
 
 def select(
-    calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None, most: int = MOST_EFFECTS
+    calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None
 ) -> Selection:
     """Select effects on top of a calibrated fit.
 
@@ -109,6 +108,7 @@ def select(
     once it is found were its misfit: then it is sought without them.
     """
     bare, _ = settle_noise(calibrated)
+    most = int(bare.problem.policy.most_effects)
     if SLIPS not in effects:
         return _selected(bare, None, effects, progress, most)
     slipped = slips.slipped(bare)
@@ -135,7 +135,8 @@ def select_from(
     start: Fit, calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None
 ) -> Selection:
     """Select effects on top of a calibrated fit, beginning with those that ``start`` has; they must hold like all."""
-    return _selected(settle_noise(calibrated)[0], None, effects, progress, MOST_EFFECTS, start)
+    most = int(calibrated.problem.policy.most_effects)
+    return _selected(settle_noise(calibrated)[0], None, effects, progress, most, start)
 
 
 def _with_slips_of(clearer: Fit, bare: Fit) -> Fit:
@@ -223,7 +224,7 @@ class _Search:
     def _good(self, rival: Rival, _rivals: Sequence[Rival]) -> bool:
         apart = stands_apart(rival.effect, rival.fit, self.accepted)
         alone = not self.accepted and not self.slipping
-        rest = least_of_rest(rival, OF_REST_AT_FIRST)
+        rest = least_of_rest(rival, rival.policy.of_rest_at_first)
         return alone or good_company(self.calibrated, self.present, rival.fit, rest, apart=apart)
 
     def _calm(self) -> Fit | None:
