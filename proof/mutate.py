@@ -68,6 +68,11 @@ known: {load_n: 0.5884}
 runs:
   - {file: '*.csv', name: '{stem}'}
 """
+RIG = """instruments:
+  temperature: {lag_s: {value: 1.2, low: 1.0, high: 1.5}, gain: 0.96}
+  displacement: {delay_s: 0.1}
+limits: {largest_current_a: 0.27, loads_n: [0.5884, 0.6], loads_by: rig, longest_run_s: 100}
+"""
 MANIFEST = """runs:
   - {name: thumb_0, bags: [bag], params: muscle.yaml, muscle: thumb, cycles: 12, day: 2026-03-01}
   - {name: thumb_1, bags: [bag, bag]}
@@ -78,6 +83,7 @@ FILES = {
     'muscle.intervals.json': INTERVALS,
     'run.csv': CSV,
     'map.yaml': MAP,
+    'rig.yaml': RIG,
     'runs.yaml': MANIFEST,
 }
 # Command lines on good inputs, with the inputs that matter to each.
@@ -86,11 +92,15 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
         ['protocol.yaml', '--params', 'muscle.yaml', '--output', 'new', '--seed', '3'],
         ['protocol.yaml', 'muscle.yaml'],
     ),
+    'run': (
+        ['protocol.yaml', '--params', 'muscle.yaml', '--rig', 'rig.yaml', '--output', 'new', '--yes'],
+        ['protocol.yaml', 'muscle.yaml', 'rig.yaml'],
+    ),
     'import': (['run.csv', '--map', 'map.yaml', '--output', 'new'], ['run.csv', 'map.yaml']),
     'calibrate': (['bag', '--params', 'muscle.yaml', '--output', 'new.yaml'], ['bag', 'muscle.yaml']),
     'replay': (
-        ['bag', '--params', 'muscle.yaml', '--output', 'new', '--figure', 'new.png'],
-        ['bag', 'muscle.yaml', 'muscle.intervals.json'],
+        ['bag', '--params', 'muscle.yaml', '--rig', 'rig.yaml', '--output', 'new', '--figure', 'new.png'],
+        ['bag', 'muscle.yaml', 'muscle.intervals.json', 'rig.yaml'],
     ),
     'diagnose': (['bag', '--params', 'muscle.yaml', '--output', 'new'], ['bag', 'muscle.yaml']),
     'diagnose --manifest': (['--manifest', 'runs.yaml', '--output', 'new'], ['runs.yaml', 'muscle.yaml']),
@@ -122,7 +132,8 @@ _OPTIONS = [
     *(f'--seed {seed}' for seed in ('', '-1', 'x', '9' * 40)),
     *(f'--duration {duration}' for duration in ('nan', '-1', '1e400', '')),
     '--output ' + 'a' * 300, '--namespace /x/y', '--namespace', '--separate B', '--separate x',
-    '--jobs 0', '--force', '--figure x.xyz', '--figure bag', '--figure run.csv', '--map protocol.yaml',
+    '--jobs 0', '--force', '--resume', '--resume --force',
+    '--figure x.xyz', '--figure bag', '--figure run.csv', '--map protocol.yaml',
     '--scheduler nowhere', '--bogus', 'nowhere', '--', '-h', '--version',
 ]  # fmt: skip
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from tcp_muscle_ros.muscle import Outputs
+    from tcp_muscle_ros.recording.protocol import Protocol
 
 _MELTS = ZERO_CELSIUS + 255.0  # K, nylon 6,6 (DSC onset about 255 degC; nylon 6 about 220 degC)
 _LONGEST, _SHORTEST = 3.0, 0.5  # times its own length, between which a coil can be
@@ -72,3 +73,26 @@ class Domain:
         }
         for what, at in self._first.items():
             yield f'from {at:.4g} s on {said[what]}: no real muscle does what is simulated there'
+
+
+def refuse_what_no_node_takes(path: str, protocol: Protocol) -> None:
+    """BadInput where a protocol asks for a drive, load or room beyond what sim_node takes."""
+    from tcp_muscle_ros.control.safety import ABSURD
+    from tcp_muscle_ros.recording.recording import CHANNELS
+    from tcp_muscle_ros.settings.operating import OPERATING
+
+    load, room = OPERATING['load_n'], OPERATING['ambient_temperature_c']
+    limits = (
+        (protocol.kind, [segment.value for segment in protocol.segments], 0.0, ABSURD, CHANNELS[protocol.kind].unit),
+        ('load_n', [segment.load for segment in protocol.segments], load.low, load.high, load.unit),
+        ('ambient_c', [segment.ambient for segment in protocol.segments], room.low, room.high, room.unit),
+    )
+    for name, ramps, low, high, unit in limits:
+        shift = ZERO_CELSIUS if name == 'ambient_c' else 0.0
+        for number, ramp in enumerate(ramps, 1):
+            for value in ramp or ():
+                if not low <= value - shift <= high:
+                    raise BadInput(
+                        f'{path}: segments {number}: {name} is {value - shift:g}, expected {low:g} to {high:g} {unit}, '
+                        'as sim_node'
+                    )

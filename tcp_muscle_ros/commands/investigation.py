@@ -13,7 +13,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from tcp_muscle_ros.commands.run_log import path_of
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.outputs import set_aside
 from tcp_muscle_ros.recording.protocol import Protocol as Played
 from tcp_muscle_ros.recording.protocol import Ramp, read_protocol
 from tcp_muscle_ros.recording.units import UNITS
@@ -212,7 +214,8 @@ class Investigation:
     def _record(self, step: str, name: str, protocol: Played) -> None:
         path, bag = self._folder / 'protocols' / f'{name}.yaml', self._folder / 'runs' / name
         path.write_text(render(protocol), encoding='utf-8')
-        _set_aside(bag)
+        set_aside(path_of(bag), 'stopped')
+        set_aside(bag, 'stopped')  # what is left of a run that was not finished
         self._say(f'{name}: {protocol.duration:.0f} s')
         bags = self._plant.record(path, bag)
         kept = [str(one.relative_to(self._folder)) for one in bags]
@@ -253,12 +256,3 @@ class Investigation:
     def last_report(self) -> Path:
         """The folder of the report over all runs."""
         return self._folder / str(self.log.of('diagnosis')[-1]['report'])
-
-
-def _set_aside(bag: Path) -> None:
-    """What is left of a run that was not finished is kept under another name."""
-    tries = 1
-    while bag.exists() and (aside := bag.with_name(f'{bag.name}_stopped_{tries}')).exists():
-        tries += 1
-    if bag.exists():
-        bag.rename(aside)

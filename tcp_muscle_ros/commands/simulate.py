@@ -45,6 +45,7 @@ class Admitted(NamedTuple):
 
 def admit(args: argparse.Namespace) -> Admitted:
     """All that can be refused before anything is simulated."""
+    from tcp_muscle_ros.commands.domain import refuse_what_no_node_takes
     from tcp_muscle_ros.files.outputs import refuse_among, writable_folder
     from tcp_muscle_ros.recording.protocol import END_OPTIONS, read_protocol
     from tcp_muscle_ros.settings.parameter_file import read
@@ -55,34 +56,10 @@ def admit(args: argparse.Namespace) -> Admitted:
         raise BadInput(f'--seed {args.seed}: expected a whole number of 0 or more')
     file = read(args.params)
     protocol = read_protocol(args.protocol)
-    _refuse_what_no_node_takes(args.protocol, protocol)
+    refuse_what_no_node_takes(args.protocol, protocol)
     # The protocol says how the end is held; what it leaves open, the parameter file may say.
     held = {name: protocol.end_options.get(name, file.number(name)) for name in END_OPTIONS}
     return Admitted(output, file, protocol, held, int(file.number('seed')) if args.seed is None else args.seed)
-
-
-def _refuse_what_no_node_takes(path: str, protocol: Protocol) -> None:
-    """A drive, load or room beyond what sim_node takes."""
-    from tcp_muscle_ros.control.safety import ABSURD
-    from tcp_muscle_ros.muscle import ZERO_CELSIUS
-    from tcp_muscle_ros.recording.recording import CHANNELS
-    from tcp_muscle_ros.settings.operating import OPERATING
-
-    load, room = OPERATING['load_n'], OPERATING['ambient_temperature_c']
-    limits = (
-        (protocol.kind, [segment.value for segment in protocol.segments], 0.0, ABSURD, CHANNELS[protocol.kind].unit),
-        ('load_n', [segment.load for segment in protocol.segments], load.low, load.high, load.unit),
-        ('ambient_c', [segment.ambient for segment in protocol.segments], room.low, room.high, room.unit),
-    )
-    for name, ramps, low, high, unit in limits:
-        shift = ZERO_CELSIUS if name == 'ambient_c' else 0.0
-        for number, ramp in enumerate(ramps, 1):
-            for value in ramp or ():
-                if not low <= value - shift <= high:
-                    raise BadInput(
-                        f'{path}: segments {number}: {name} is {value - shift:g}, expected {low:g} to {high:g} {unit}, '
-                        'as sim_node'
-                    )
 
 
 def run(args: argparse.Namespace) -> int:

@@ -121,6 +121,8 @@ def refuse_beyond(protocol: Protocol, model: Parameters, allowed: Allowed) -> fl
         only=('fibre_temperature', 'current'),
     )
     current, hottest = float(outputs.current.max()), float(outputs.fibre_temperature.max())
+    if not np.isfinite([current, hottest]).all():
+        raise BadInput('the model has no finite answer to the protocol: the muscle would burn; expected less current')
     if current > allowed.current * (1.0 + 1e-6):
         raise BadInput(
             f'the protocol asks for {current:.3g} A, above the limit of {allowed.current:.3g} A of '

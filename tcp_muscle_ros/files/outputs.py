@@ -134,6 +134,24 @@ def _take_place(draft: Path, path: Path) -> None:
         raise
 
 
+def set_aside(path: Path, why: str) -> Path | None:
+    """Rename what is there to ``NAME_why_1``, or the first number that is free; None where nothing is there."""
+    if not os.path.lexists(path):
+        return None
+    tries = 1
+    while os.path.lexists(aside := path.with_name(f'{path.name}_{why}_{tries}')):
+        tries += 1
+    return path.rename(aside)
+
+
+def remove(path: Path) -> None:
+    """Remove a file, or a folder with all that is in it; nothing where it is gone."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
+
+
 def _remove_empty(folder: Path) -> None:
     with suppress(OSError):  # by now something is in it
         folder.rmdir()

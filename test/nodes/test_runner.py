@@ -81,6 +81,18 @@ def test_a_protocol_is_played_and_recorded_with_the_lateness_of_each_command(ben
     assert log['lateness_s']['p50'] == pytest.approx(np.median(recording['force'].value), abs=1e-4)
 
 
+def test_a_run_is_replaced_only_by_force_and_only_by_one_that_is_complete(bench, muscle, tmp_path):
+    for kept in ('bag', 'bag.run.json'):
+        (tmp_path / kept).mkdir() if kept == 'bag' else (tmp_path / kept).write_text('old')
+    (tmp_path / 'bag' / 'bag_0.mcap').write_text('old')
+    (tmp_path / 'bag' / 'metadata.yaml').write_text('old')
+    assert 'exists already and is not overwritten' in ended(bench, played(bench, tmp_path, '--yes'), 2)
+    assert (tmp_path / 'bag' / 'metadata.yaml').read_text() == (tmp_path / 'bag.run.json').read_text() == 'old'
+    ended(bench, played(bench, tmp_path, '--yes', '--force'), 0)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'bag.run.json', 'protocol.yaml']
+    assert len(read_bag(tmp_path / 'bag')['current_command']) >= 150
+
+
 def test_ctrl_c_ends_it_with_zero_and_a_resumed_run_plays_the_part_again(bench, muscle, tmp_path):
     program = played(bench, tmp_path, '--yes', duration=30.0)
     bench.until(lambda: muscle.current.last.data == 0.2, 'nothing flows')
