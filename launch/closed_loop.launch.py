@@ -15,7 +15,7 @@ ARGUMENTS = [
     ('params_file', '', 'parameter file under /**:, shared by both nodes'),
     ('joint_name', '', 'joint of the muscle; empty: as in the parameter file, else the last part of the namespace'),
     ('rate_hz', '', 'ticks a second of both nodes; empty: as in the parameter file, else 100'),
-    ('real_time_factor', '', 'simulated over real time; anything but 1 puts the controller on /clock'),
+    ('real_time_factor', '', 'simulated over real time, 0 as fast as possible; anything but 1 in lockstep'),
 ]
 
 
@@ -29,7 +29,7 @@ def nodes(context):
     simulated, controlled = list(shared), list(shared)
     if value['real_time_factor']:
         factor = number('real_time_factor', value['real_time_factor'])
-        simulated.append({'real_time_factor': factor})
+        simulated.append({'real_time_factor': factor, 'lockstep_nodes': 1})
         controlled.append({'use_sim_time': factor != 1.0})
     return [
         Node(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import Temperature
@@ -48,15 +47,16 @@ def make_controller(settings: Settings) -> TrackingController:
 
 
 class Latest:
-    """The last good value of a topic, and when it came (steady time, s)."""
+    """The last good value of a topic, and when it came (s, by ``clock``)."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
         self.value: float | None = None
         self.came = 0.0
 
     def take(self, value: float) -> None:
         """A message."""
-        self.value, self.came = value, time.monotonic()
+        self.value, self.came = value, self._clock()
 
     def fresh(self, now: float, age: float) -> float | None:
         """The value, unless it is older than ``age`` s."""
@@ -84,7 +84,7 @@ class ControlledMuscle(SafeMuscle):
         self._measured_anew = False
         self._ambient: float | None = None  # K
         self._load: float | None = None  # N
-        self._temperature, self._current, self._tension = Latest(), Latest(), Latest()
+        self._temperature, self._current, self._tension = (Latest(node.seconds) for _ in range(3))
         self.partner_stopped = ''  # why the other muscle of the joint pulls no more
         self._command: Command | None = None
         self._lost = 'no feedback yet'
@@ -141,7 +141,7 @@ class ControlledMuscle(SafeMuscle):
     def take_measurement(self, value: float) -> None:
         """What it measures, m or ohm."""
         with self.node.lock:
-            if self._watch.receive(value, time.monotonic()):
+            if self._watch.receive(value, self.node.seconds()):
                 self._measured_anew = True
             else:
                 self.refused_inputs[self._watch.name] += 1
@@ -197,7 +197,7 @@ class ControlledMuscle(SafeMuscle):
     def forget(self) -> str:
         """~/reset: no setpoint and no current, nothing learnt."""
         self._setpoint = None
-        self.safety.command(0.0, time.monotonic())
+        self.safety.command(0.0, self.node.seconds())
         self._begin_anew()
         return 'reset: waiting for a setpoint'
 
@@ -236,6 +236,8 @@ class ControlledMuscle(SafeMuscle):
 
     def _problem(self, now: float) -> str:
         """Why nothing may be built on the feedback; '' where it is alive."""
+        if self.feedback_topic in self.node.out_of_step:
+            return self.node.out_of_step[self.feedback_topic]
         problem = self._lifeless(now)
         return self.node.unmatched.get(self.feedback_topic, problem) if problem else ''
 

@@ -15,6 +15,7 @@ from tcp_muscle_ros.errors import nearest
 from tcp_muscle_ros.nodes.controlled_joint import ControlledJoint
 from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, make_controller
 from tcp_muscle_ros.nodes.lifetime import run
+from tcp_muscle_ros.nodes.lockstep import out_of_step
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import pair
 from tcp_muscle_ros.nodes.safe_node import SafeNode
@@ -29,6 +30,7 @@ class ControllerNode(SafeNode[ControlledMuscle]):
     """
 
     def __init__(self) -> None:
+        self.out_of_step: dict[str, str] = {}  # by topic, why nothing may be built on it
         super().__init__(CONTROL)
         self._joints = {
             name: ControlledJoint(self, name, settings, *(self.by_name[one] for one in pair(settings)))
@@ -83,6 +85,14 @@ class ControllerNode(SafeNode[ControlledMuscle]):
             self.get_logger().warning(
                 f"joint_commands names '{name}', no joint of this node{nearest(name, self._setpoints)}"
             )
+
+    def look_for_unmatched(self) -> None:
+        """Also for a simulation that this node cannot follow."""
+        super().look_for_unmatched()
+        found = out_of_step(self, self.time_base, {muscle.feedback_topic for muscle in self.muscles})
+        for sentence in set(found.values()) - set(self.out_of_step.values()):
+            self.get_logger().error(f'0 A: {sentence}')
+        self.out_of_step = found
 
     def work(self, stamp: int, dt: float, now: float, publish: bool) -> None:
         """Each muscle's current."""

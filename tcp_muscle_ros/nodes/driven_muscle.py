@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 
 from rclpy.publisher import Publisher
@@ -54,12 +53,12 @@ class DrivenMuscle(SafeMuscle):
 
     def forget(self) -> str:
         """~/reset: no command."""
-        self.safety.command(0.0, time.monotonic())
+        self.safety.command(0.0, self.node.seconds())
         return 'reset: waiting for a command'
 
     def _take_command(self, message: Float64) -> None:
         with self.node.lock:
-            self.safety.command(message.data, time.monotonic())
+            self.safety.command(message.data, self.node.seconds())
 
     def work(self, stamp: int, dt: float, now: float) -> None:
         """Hear the board, decide the current, tell it, and publish what it measured."""
@@ -108,7 +107,7 @@ class DrivenMuscle(SafeMuscle):
 
     def publish_zero(self) -> Sequence[Publisher]:
         """0 A to the board, and say so."""
-        self.board.tell(0.0, time.monotonic())
+        self.board.tell(0.0, self.node.seconds())
         self._current.send(0.0)
         return [self._current.publisher]
 

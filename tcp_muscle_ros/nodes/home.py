@@ -23,6 +23,9 @@ class Home(Protocol):
     def period(self) -> float:
         """From tick to tick, s."""
 
+    def seconds(self) -> float:
+        """The time that watchdogs go by, s."""
+
     def listen(self, kind: type, topic: str, take: Any, qos: QoSProfile) -> None:
         """Have the messages of a topic taken."""
 
@@ -56,6 +59,10 @@ class SimHome(Home, Protocol):
 
 class ControlHome(Home, Protocol):
     """Of the node that has a controller for each muscle."""
+
+    @property
+    def out_of_step(self) -> Mapping[str, str]:
+        """By topic, why nothing may be built on what is said there."""
 
     def renew(self, muscle: Any) -> None:
         """A muscle has other values: so has the joint that it turns."""

@@ -30,8 +30,8 @@ from tcp_muscle_ros.control.playing import Cold, Part, Supervisor, instants
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.recorder import Recorder
-from tcp_muscle_ros.nodes.safe_muscle import COMMAND_QOS, publishers_of
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, publishers_of
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, OUTPUTS
 
 LATENESS = 'command_lateness'  # s, of each command

@@ -17,14 +17,9 @@ from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
-from tcp_muscle_ros.nodes.topics import COMMAND_QOS, STATE_QOS
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, STATE_QOS, publishers_of
 
 _QUIET = (State.ENABLED, State.DISABLED)
-
-
-def publishers_of(node: Node, topic: str) -> set[str]:
-    """The full names of the nodes that publish on a topic."""
-    return {f'{end.node_namespace.rstrip("/")}/{end.node_name}' for end in node.get_publishers_info_by_topic(topic)}
 
 
 def number(value: float | None) -> str:
@@ -107,8 +102,7 @@ class SafeMuscle:
         """Ask the graph who else commands this muscle; what is found is a worry, and logged once."""
         found = set[str]()
         for topic in {node.resolve_topic_name(self.topic(f'{kind.name.lower()}_command')) for kind in Kind}:
-            if node.count_publishers(topic):
-                found |= publishers_of(node, topic)
+            found |= publishers_of(node, topic)
         commanders = tuple(sorted(found)) if len(found) > 1 else ()
         if commanders and commanders != self._commanders:
             node.get_logger().warning(f'{self.said}{_several(commanders)}; stop all but one')

@@ -17,11 +17,12 @@ from std_srvs.srv import SetBool, Trigger
 
 from tcp_muscle_ros.control.safety import Report
 from tcp_muscle_ros.nodes.declaring import declare
+from tcp_muscle_ros.nodes.lockstep import FollowingTime, LeadingTime
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import Plan
-from tcp_muscle_ros.nodes.polled import Polled
+from tcp_muscle_ros.nodes.polled import Inputs
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
-from tcp_muscle_ros.nodes.ticks import RosTime, SteadyTime, TickLoop, TimeBase
+from tcp_muscle_ros.nodes.ticks import SteadyTime, TickLoop, TimeBase
 from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
 
 M = TypeVar('M', bound=SafeMuscle)
@@ -33,14 +34,14 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
     A subclass makes its muscles (``make_muscle``), checks values (``check``) and does its work in ``work`` once a tick.
     Callbacks of the executor's thread and ``work`` exclude each other by ``lock``.
 
-    One muscle hears its inputs as they come; several have theirs looked at once a tick, before ``work``.
+    One muscle hears its inputs as they come; several, and all in simulated time, have theirs looked at once a tick,
+    before ``work``.
     """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.lock = threading.RLock()
-        self._polled = Polled()
-        self._polls: list[tuple[Callable[..., Any], type, Callable[[Any], None]]] = []
+        self._inputs = Inputs()
         self.topics = Topics(self)
         self.unmatched: dict[str, str] = {}  # by topic, who there cannot be reached and why; looked at once a second
         self.plan: Plan = declare(self, name, self.check, self._set)
@@ -56,7 +57,6 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
 
         self._changes: deque[tuple[M, Report]] = deque(maxlen=20 * len(self.muscles))
         self._missed, self._jumps = 0, 0
-        self._clock_then = -1
         self._started = time.monotonic()
         self._diagnostics = self.topics.publisher(DiagnosticArray, '/diagnostics', STATE_QOS)
         self._change = self.create_guard_condition(self._tell_changes)
@@ -87,7 +87,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
     def make_time_base(self) -> TimeBase:
         """The clock that the ticks keep to."""
         if self.get_parameter('use_sim_time').value:
-            return RosTime(self.get_clock())
+            return FollowingTime(self, self._take_tick)
         return SteadyTime(self.get_clock())
 
     def forget(self) -> str:
@@ -105,6 +105,8 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         """Begin to tick."""
         for sentence in self.topics.unused_overrides():
             self.get_logger().warning(sentence)
+        if isinstance(self.time_base, FollowingTime | LeadingTime):
+            self.time_base.open(self.topics)
         self.loop = TickLoop(
             self.time_base, self.rate, self._tick, longest_step=self.common.longest_step, on_failure=on_failure
         )
@@ -126,18 +128,27 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
 
     def listen(self, kind: type, topic: str, take: Callable[[Any], None], qos: QoSProfile) -> None:
         """Have the messages of a topic taken: as they come, or with several muscles at the next tick."""
-        if self.plan.many:
-            subscription = self.topics.subscription(kind, topic, take, qos, self._polled)
-            self._polls.append((subscription.handle.take_message, kind, take))
+        if self.plan.many or isinstance(self.time_base, FollowingTime | LeadingTime):
+            self._inputs.add(self.topics.subscription(kind, topic, take, qos, self._inputs.group), kind, take)
         else:
             self.topics.subscription(kind, topic, take, qos)
 
+    def seconds(self) -> float:
+        """The time that watchdogs go by, s."""
+        return self.time_base.seconds()
+
+    def _take_tick(self, sent: int) -> None:
+        """In lockstep: what belongs to a tick of the simulation, all of it."""
+        with self.lock:
+            lacking = self._inputs.take_tick(sent)
+        if lacking:
+            self.get_logger().warning(f'lockstep: nothing on {", ".join(sorted(lacking))} with its tick')
+
     def _tick(self, stamp: int, dt: float, publish: bool) -> None:
         with self.lock:
-            for poll, kind, take in self._polls:
-                while (got := poll(kind, False)) is not None:
-                    take(got[0])
-            self.work(stamp, dt, time.monotonic(), publish)
+            if not self.time_base.collects:
+                self._inputs.take()
+            self.work(stamp, dt, self.seconds(), publish)
             self._notice_changes()
 
     def _notice_changes(self) -> None:
@@ -151,15 +162,13 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
             self._change.trigger()
 
     def _watch_clock(self) -> None:
-        """Where /clock has stood still since the last look, no tick will turn the current off: do it here."""
-        now = self.time_base.now()
-        if isinstance(self.time_base, RosTime) and now == self._clock_then:
+        """Where the clock stands still, no tick will turn the current off: do it here."""
+        if self.time_base.stands_still():
             for muscle in self.muscles:
                 if muscle.safety.state.lets_flow:
                     muscle.safety.pause('/clock stands still')
                     muscle.publish_zero()
             self._notice_changes()
-        self._clock_then = now
 
     def _set(self, name: str, settings: Settings) -> None:
         with self.lock:
@@ -231,9 +240,10 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         self._publish_diagnostics(reports)
         self._jumps = jumps
         self._missed = 0 if self.loop is None else self.loop.missed
-        self._look_for_unmatched()  # last: the ticks until the next look take it into what they say
+        self.look_for_unmatched()  # last: the ticks until the next look take it into what they say
 
-    def _look_for_unmatched(self) -> None:
+    def look_for_unmatched(self) -> None:
+        """Ask the graph who there is not heard, or does not hear."""
         unmatched = self.topics.mismatches()
         for topic, sentence in unmatched.items():
             if self.unmatched.get(topic) != sentence:

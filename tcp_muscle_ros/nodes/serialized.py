@@ -55,3 +55,16 @@ class NumberPublisher(SerializedPublisher):
         """Send a number."""
         self._number[0] = value
         self.publish()
+
+
+class StampPublisher(SerializedPublisher):
+    """Sends one time: a message that begins with a stamp or a header, and says nothing else that changes."""
+
+    def __init__(self, publisher: Publisher, message: Any) -> None:
+        super().__init__(publisher, message)
+        self._stamp = self.stamp()
+
+    def send(self, time: int) -> None:
+        """Send a time, ns."""
+        self._stamp[0], self._stamp[1] = divmod(time, 1_000_000_000)
+        self.publish()

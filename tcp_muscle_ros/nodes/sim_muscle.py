@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from rclpy.publisher import Publisher
@@ -116,7 +115,7 @@ class SimMuscle(SafeMuscle):
     def _commander(self, kind: Kind) -> Callable[[Float64], None]:
         def take(message: Float64) -> None:
             with self.node.lock:
-                self.safety.command(message.data, time.monotonic(), kind)
+                self.safety.command(message.data, self.node.seconds(), kind)
 
         return take
 

@@ -10,26 +10,22 @@ if __name__ == '__main__':  # python -m: before the rest is loaded, as entry.py 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from rclpy.qos import QoSProfile
-from rosgraph_msgs.msg import Clock
-
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Muscles
 from tcp_muscle_ros.nodes.lifetime import run
+from tcp_muscle_ros.nodes.lockstep import LeadingTime
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import pair
 from tcp_muscle_ros.nodes.safe_node import SafeNode
 from tcp_muscle_ros.nodes.serialized import SerializedPublisher
 from tcp_muscle_ros.nodes.sim_joint import SimJoint
 from tcp_muscle_ros.nodes.sim_muscle import SimMuscle, joint_states, make_muscle
-from tcp_muscle_ros.nodes.ticks import SECOND, ScaledTime, TimeBase
+from tcp_muscle_ros.nodes.ticks import SECOND, TimeBase
 from tcp_muscle_ros.nodes.topics import STATE_QOS
 from tcp_muscle_ros.settings.operating import SIM
 
 if TYPE_CHECKING:  # MuJoCo is loaded where a robot is asked for
     from tcp_muscle_ros.nodes.sim_robot import Eye, RobotJoint, SimRobot
-
-_CLOCK_QOS = QoSProfile(depth=1)
 
 
 class SimNode(SafeNode[SimMuscle]):
@@ -53,9 +49,6 @@ class SimNode(SafeNode[SimMuscle]):
             self._eye = Eye(self, self._robot, self.common)
         self._currents = [0.0] * len(self.muscles)
         self.gather()
-        self._clock_topic = None
-        if isinstance(self.time_base, ScaledTime):
-            self._clock_topic, _ = self.stamped('/clock', Clock(), qos=_CLOCK_QOS)
         self._all_joints = None
         if self.plan.many:
             names = [muscle.settings['joint_name'] for muscle in self.muscles] + [joint.name for joint in self._joints]
@@ -100,15 +93,14 @@ class SimNode(SafeNode[SimMuscle]):
 
     def make_time_base(self) -> TimeBase:
         """The clock that the ticks keep to: its own unless it runs in real time."""
-        if self.common['real_time_factor'] != 1.0:
-            return ScaledTime(self.common['real_time_factor'])
+        of_all = self.common
+        if of_all['real_time_factor'] != 1.0:
+            return LeadingTime(self, of_all['real_time_factor'], of_all['lockstep_nodes'], of_all['lockstep_timeout_s'])
         return super().make_time_base()
 
-    def stamped(
-        self, topic: str, message: Any, *fields: str, qos: QoSProfile = STATE_QOS
-    ) -> tuple[SerializedPublisher, list[memoryview[float]]]:
+    def stamped(self, topic: str, message: Any, *fields: str) -> tuple[SerializedPublisher, list[memoryview[float]]]:
         """A topic whose message has the stamp of the tick, and where its fields are."""
-        serialized = SerializedPublisher(self.topics.publisher(type(message), topic, qos), message)
+        serialized = SerializedPublisher(self.topics.publisher(type(message), topic, STATE_QOS), message)
         self._stamps.append(serialized.stamp())
         return serialized, [serialized.numbers(field) for field in fields]
 
@@ -149,8 +141,6 @@ class SimNode(SafeNode[SimMuscle]):
         sec, nanosec = divmod(stamp, SECOND)
         for place in self._stamps:
             place[0], place[1] = sec, nanosec
-        if self._clock_topic is not None:
-            self._clock_topic.publish()
         for muscle in self.muscles:
             muscle.publish()
         for joint in self._joints:

@@ -37,6 +37,22 @@ class TimeBase:
         """By how much the clock was set since last asked: what is due moves with it."""
         return 0
 
+    def begin(self, stop: threading.Event) -> None:
+        """Return when there is a time to start from."""
+
+    @property
+    def collects(self) -> bool:
+        """Whether it has the node's inputs taken itself."""
+        return False
+
+    def seconds(self) -> float:
+        """The time that watchdogs go by, s: steady, whatever the clock does."""
+        return time.monotonic()
+
+    def stands_still(self) -> bool:
+        """Whether the clock has stopped, so that nobody may count on the next tick. Asked once a second."""
+        return False
+
 
 class SteadyTime(TimeBase):
     """The system's time, kept by the steady clock so that setting the system's clock stretches no tick."""
@@ -73,12 +89,14 @@ class ScaledTime(TimeBase):
     """Simulated time from zero, up to ``factor`` times as fast as the steady clock; 0: as fast as it goes.
 
     It is a clock of its own, so a machine that cannot keep the pace makes it slower, and no tick is ever
-    late.
+    late. Watchdogs go by what has passed less of, tick by tick, steady or simulated time: neither a hurried simulation
+    nor a machine that stands still makes a commander late.
     """
 
     def __init__(self, factor: float) -> None:
         self._factor = factor
         self._reached = 0
+        self._elapsed, self._looked = 0.0, time.monotonic_ns()
         self._anchor = time.monotonic_ns(), 0  # steady time and simulated time that belong together
 
     def now(self) -> int:
@@ -93,7 +111,13 @@ class ScaledTime(TimeBase):
             if time.monotonic_ns() - wake > 0.1 * SECOND:
                 self._anchor = time.monotonic_ns(), until  # what was lost is not run after
             _sleep(wake, time.monotonic_ns, stop)
-        self._reached = until
+        now = time.monotonic_ns()
+        self._elapsed += min(now - self._looked, until - self._reached) / SECOND
+        self._looked, self._reached = now, until
+
+    def seconds(self) -> float:
+        """See the class."""
+        return self._elapsed
 
 
 class RosTime(TimeBase):
@@ -103,6 +127,7 @@ class RosTime(TimeBase):
         self._clock = clock
         self._moved = threading.Event()
         self._seen = 0
+        self._last_look = -1
         every_step = JumpThreshold(
             min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1), on_clock_change=True
         )
@@ -112,16 +137,30 @@ class RosTime(TimeBase):
         """The time."""
         return self._clock.now().nanoseconds
 
+    def begin(self, stop: threading.Event) -> None:
+        """Return when /clock has come: zero is no time."""
+        self.wait(1, stop)
+
+    def stands_still(self) -> bool:
+        """Whether /clock says the same as a second ago."""
+        before, self._last_look = self._last_look, self.now()
+        return self._last_look == before
+
     def wait(self, until: int, stop: threading.Event) -> None:
         """Return when it is ``until``; see TimeBase."""
-        while not stop.is_set():
-            self._moved.clear()
-            now = self.now()
-            set_back = now < self._seen
-            self._seen = now
-            if now >= until or set_back:
-                return
-            self._moved.wait(0.1)  # also looks for ``stop``
+        while not stop.is_set() and not self._look_at_clock(until):
+            pass
+
+    def _look_at_clock(self, until: int) -> bool:
+        """Whether it is ``until`` or was set back; if not, something has moved or 0.1 s have passed."""
+        self._moved.clear()
+        now = RosTime.now(self)
+        set_back = now < self._seen
+        self._seen = now
+        if now >= until or set_back:
+            return True
+        self._moved.wait(0.1)
+        return False
 
 
 def _sleep(until: int, now: Callable[[], int], stop: threading.Event) -> None:
@@ -190,8 +229,7 @@ class TickLoop:
 
     def _keep_time(self) -> None:
         base, stop, tick = self._base, self._stop, self._tick
-        if isinstance(base, RosTime):
-            base.wait(1, stop)  # zero is no time: /clock has not come yet
+        base.begin(stop)
         period = SECOND / self._rate
         origin, k = base.now(), 0
         before = origin

@@ -25,6 +25,8 @@ MEASUREMENT_QOS = QoSProfile(depth=BACKLOG, reliability=ReliabilityPolicy.BEST_E
 COMMAND_QOS = QoSProfile(depth=1)  # in and out: reliable, keep last; only the newest command counts
 STATE_QOS = QoSProfile(depth=BACKLOG)  # out: reliable, keep last
 OVERRIDES = 'qos_overrides.'
+# What a simulated muscle or joint publishes in every tick, by the last part of the topic.
+EVERY_TICK = frozenset(('current', 'voltage', 'temperature', 'displacement', 'force', 'joint_states', 'angle'))
 _DEEPEST = 100_000  # messages; a queue that is deeper is a mistake
 _POLICIES = {
     QoSPolicyKind.RELIABILITY: ('reliable', 'best_effort', 'system_default'),
@@ -147,6 +149,16 @@ def _note(
             return
 
 
+def name_of(end: TopicEndpointInfo) -> str:
+    """The full name of the node to which a publisher or a subscription belongs."""
+    return f'{end.node_namespace.rstrip("/")}/{end.node_name}'
+
+
+def publishers_of(node: Node, topic: str) -> set[str]:
+    """The full names of the nodes that publish on a topic."""
+    return {name_of(end) for end in node.get_publishers_info_by_topic(topic)} if node.count_publishers(topic) else set()
+
+
 def _who(other: TopicEndpointInfo) -> str:
-    name = f'{other.node_namespace.rstrip("/")}/{other.node_name}'
+    name = name_of(other)
     return 'an unknown node' if 'UNKNOWN' in name else name

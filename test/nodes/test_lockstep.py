@@ -1,0 +1,185 @@
+"""Lockstep over DDS: a simulation as fast as it goes, and nodes that keep its time, tick by tick."""
+
+import time
+from math import pi
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Header
+
+from tcp_muscle_ros.control.safety import Safety
+from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscles
+from tcp_muscle_ros.nodes.controlled_muscle import make_controller
+from tcp_muscle_ros.nodes.parameters import read
+from tcp_muscle_ros.nodes.sim_muscle import make_muscle
+from tcp_muscle_ros.settings.operating import CONTROL, SIM
+
+pytestmark = pytest.mark.processes
+PERIOD = 10_000_000  # ns
+ENOUGH = QoSProfile(depth=1000)
+
+
+class Commander:
+    """Takes part in the lockstep as anybody's node may: sends what is due by tick, and says that it is done.
+
+    ``schedule`` says by the number of the tick what is sent; ``slow`` in which ticks it takes 50 ms.
+    """
+
+    def __init__(self, bench, topic, schedule, slow=()):
+        self.bench, self.schedule, self.slow = bench, schedule, slow
+        self.silent_from, self.ticks = None, []
+        node = bench.node
+        self.command = node.create_publisher(Float64, topic, QoSProfile(depth=1))
+        self.subscription = node.create_subscription(Header, '/lockstep/tick', self.tick, ENOUGH)
+        self.done = node.create_publisher(Header, '/lockstep/done', ENOUGH)
+
+    def join(self):
+        def ready():
+            if self.command.get_subscription_count():
+                self.done.publish(Header(frame_id='/bench'))  # again and again: who of them hears it nobody knows
+                time.sleep(0.1)
+            return self.ticks
+
+        self.bench.until(ready, 'no simulation that leads', 120.0)
+
+    def tick(self, message):
+        number = round((message.stamp.sec * 1_000_000_000 + message.stamp.nanosec) / PERIOD)
+        self.ticks.append(number)
+        if number in self.schedule:
+            self.command.publish(Float64(data=self.schedule[number]))
+        if number in self.slow:
+            time.sleep(0.05)
+        if self.silent_from is None or number < self.silent_from:
+            self.done.publish(Header(stamp=message.stamp, frame_id='/bench'))
+
+    def until(self, number):
+        self.bench.until(lambda: self.ticks and self.ticks[-1] >= number, f'tick {number} does not come', 60.0)
+
+
+def by_tick(heard):
+    return {
+        round((message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec) / PERIOD): message
+        for _, message in heard[:]
+    }
+
+
+def by_the_books(setpoint, begin, ticks):
+    """The same loop without nodes: displacement (m) and current (A) by tick. What a tick commands flows from the next.
+
+    The controller keeps its own ticks from the first that it hears.
+    """
+    simulated, controlled = read({}, SIM), read({}, CONTROL)
+    muscle, controller = Muscles([make_muscle(simulated)]), make_controller(controlled)
+    plant = Safety(simulated.limits(command_timeout=0.5), enabled=True)
+    safety = Safety(controlled.limits(command_timeout=0.0), enabled=True)
+    dt, current, command, shown = PERIOD * 1e-9, 0.0, None, []
+    for number in range(1, ticks + 1):
+        (reading,) = muscle.step(dt, [current])
+        if command is not None:
+            plant.command(command, number * dt)
+        current = plant.update(
+            number * dt,
+            dt,
+            resistance=reading.resistance,
+            temperatures=(reading.temperature, reading.fibre_temperature),
+        )
+        shown.append((reading.displacement, current))
+        temperature = reading.temperature - ZERO_CELSIUS + ZERO_CELSIUS  # as it travels
+        if number > begin:
+            wanted = controller.update(
+                setpoint,
+                temperature=temperature,
+                load=None,
+                ambient=None,
+                applied_current=current,
+                displacement=reading.displacement,
+            )
+            safety.command(wanted.current, number * dt)
+            command = safety.update(number * dt, dt, temperatures=(temperature, wanted.predicted_temperature))
+        elif number > 1:
+            command = safety.update(number * dt, dt, temperatures=(temperature, None))
+    return shown
+
+
+def test_a_closed_loop_as_fast_as_it_goes_is_the_loop_of_the_books_bit_for_bit(bench):
+    begin, ticks = 50, 900
+    sim = bench.start('sim_node', 'step', real_time_factor=0.0, lockstep_nodes=2)
+    controller = bench.start('controller_node', 'step', use_sim_time=True)
+    joints = bench.listen('/step/joint_states', JointState)
+    commander = Commander(bench, '/step/displacement_setpoint', {begin: 0.02}, slow=(begin, 120, 121, 500))
+    commander.join()
+    commander.until(ticks)
+    heard = by_tick(joints)
+    expected = by_the_books(0.02, begin, ticks)
+    assert {number: heard[number].position[0] for number in range(1, ticks)} == {
+        number: displacement for number, (displacement, _) in enumerate(expected[: ticks - 1], 1)
+    }
+    assert abs(heard[ticks - 1].position[0] - 0.02) < 1e-9
+    for program in (controller, sim):
+        program.kill()
+    bench.forget(joints, commander)
+
+
+def test_who_does_not_answer_is_waited_for_no_more_and_may_come_back(bench):
+    sim = bench.start('sim_node', 'patient', real_time_factor=0.0, lockstep_nodes=1, lockstep_timeout_s=0.5)
+    commander = Commander(bench, '/patient/current_command', {})
+    commander.silent_from = 10
+    commander.join()
+    commander.until(200)
+    assert 'lockstep: /bench did not answer the tick at 0.1 s within 0.5 s and is waited for no more' in sim.said()
+    commander.silent_from = None
+    bench.until(lambda: sim.said().count('in lockstep with /bench') == 2, 'it may not come back')
+    sim.kill()
+    bench.forget(commander)
+
+
+def test_a_controller_that_keeps_the_systems_time_is_refused_with_the_reason(bench):
+    sim = bench.start('sim_node', 'apart', real_time_factor=0.0)
+    controller = bench.start('controller_node', 'apart')
+    diagnostics = bench.listen('/diagnostics', DiagnosticArray)
+    commands = bench.listen('/apart/current_command')
+    setpoint = bench.speaker('/apart/displacement_setpoint')
+    reason = (
+        '/apart/sim_node runs in lockstep and not in real time; start this node with --ros-args -p use_sim_time:=true'
+    )
+
+    def refused():
+        setpoint.publish(Float64(data=0.01))
+        said = [s.message for _, array in diagnostics[-20:] for s in array.status if s.name == '/apart/controller_node']
+        return any(f'timed out, {reason}' in message for message in said)
+
+    when = bench.until(refused, 'it is not refused')
+    bench.until(lambda: len(commands.since(when)) > 20, 'it does not speak')
+    assert not any(message.data for message in commands.since(when))
+    assert f'0 A: {reason}' in controller.said()
+    for program in (controller, sim):
+        program.kill()
+    bench.forget(diagnostics, commands)
+
+
+def test_a_joint_of_two_muscles_turns_the_same_way_each_time(bench):
+    def run(namespace):
+        of_joint = ['-p', 'muscles:=[flexor, extensor]', '-p', 'joints:=[knuckle]']
+        of_joint += ['-p', 'knuckle.agonist:=flexor', '-p', 'knuckle.antagonist:=extensor']
+        sim = bench.start(
+            'sim_node', namespace, *of_joint, real_time_factor=0.0, lockstep_nodes=2, temperature_noise_k=0.2
+        )
+        controller = bench.start('controller_node', namespace, *of_joint, use_sim_time=True)
+        joints = bench.listen(f'/{namespace}/joint_states', JointState)
+        commander = Commander(bench, f'/{namespace}/knuckle/angle_setpoint', {20: pi / 12})
+        commander.join()
+        commander.until(250)
+        heard = by_tick(joints)
+        for program in (controller, sim):
+            program.kill()
+        bench.forget(joints, commander)
+        return [tuple(heard[number].position) for number in range(1, 250)]
+
+    first = run('joint_a')
+    assert abs(first[-1][2]) > 0.05  # it turns
+    assert first == run('joint_b')
