@@ -1,8 +1,8 @@
 """A muscle wears in the loop: the alarm, the diagnosis, the adopted model, and the tracking error with each.
 
 Offline, with the controller, the twin and the diagnosis that the nodes have: a position controller follows steps, and
-after five minutes the resistance begins to fall, as where turns short.
-Usage: scripts/wear.py [--output docs/images/wear.png]
+after five minutes its resistance begins to fall (as where turns short), its stiffness to fall, or its friction to grow.
+Usage: scripts/wear.py [--only resistance stiffness friction] [--output docs/images/wear.png]
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import argparse
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
@@ -19,6 +20,7 @@ matplotlib.use('Agg')
 import matplotlib.pyplot as plt
 import numpy as np
 
+from tcp_muscle_ros.control.handover import FADE, Handover
 from tcp_muscle_ros.control.memory import Memory
 from tcp_muscle_ros.control.predictor import Predictor
 from tcp_muscle_ros.control.tracking import TrackingController
@@ -32,17 +34,25 @@ LOAD = 0.5884  # N
 LIMIT = 0.27  # A
 LENGTH = 1500.0  # s
 BEGINS, LASTS = 300.0, 200.0  # s: when the wear begins, and how long it goes on
-WORN = {'R0': 0.7}  # times what it was
+# Of each kind of wear: the parameter, what it was, what it becomes.
+NEW = Parameters.named('karami_tadesse_2017')
+WEARS = {
+    'resistance': ('R0', NEW['R0'], 0.7 * NEW['R0']),
+    'stiffness': ('k0', NEW['k0'], 0.9 * NEW['k0']),
+    'friction': ('friction.Ff', 0.0, 0.03),
+}
 COLLECT = 150.0  # s, recorded once the twin has alarmed
 STEP = 12.0  # s, of a setpoint
 NOISE = {'temperature': 0.1, 'resistance': 0.01, 'displacement': 2e-5}  # K, ohm, m
-NEW = Parameters.named('karami_tadesse_2017')
+SETTLED = 6.0  # s of a setpoint, after which the step itself is over
 
 
-def worn(time: float) -> Parameters:
+def worn(wear: str, time: float) -> Parameters:
     """The muscle as it is at this time."""
+    name, before, after = WEARS[wear]
     share = float(np.clip((time - BEGINS) / LASTS, 0.0, 1.0))
-    return NEW.replace({name: NEW[name] * (1.0 + share * (factor - 1.0)) for name, factor in WORN.items()})
+    effect = name.partition('.')[0]
+    return (NEW.with_effects(effect) if '.' in name else NEW).replace({name: before + share * (after - before)})
 
 
 def diagnosed(folder: Path, memory: Memory, since: float) -> Parameters:
@@ -63,87 +73,138 @@ def controller(model: Parameters) -> TrackingController:
     return TrackingController(model, PERIOD, LIMIT, LOAD, NEW['T0'])
 
 
-def run(folder: Path) -> tuple[np.ndarray, dict[str, float]]:
-    """The whole story: rows of time (s), setpoint, displacement (m) and residual (m), and when what happened (s)."""
-    random = np.random.default_rng(0)
-    muscle, twin, control = (
-        Muscle(NEW, load=LOAD),
-        Twin(Predictor(NEW, load=LOAD, ambient=NEW['T0']), PERIOD),
-        controller(NEW),
-    )
-    memory = Memory((*NOISE, 'current'), round(600.0 / PERIOD))
-    rows, events, current = [], dict[str, float](), 0.0
-    for k in range(round(LENGTH / PERIOD)):
-        time = k * PERIOD
-        if BEGINS <= time <= BEGINS + LASTS + 1.0 and k % 20 == 0:
-            state = muscle.state
-            muscle = Muscle(worn(time), load=LOAD)
-            muscle.state[:] = state
-        reading = muscle.step(PERIOD, current)
-        shown = {name: getattr(reading, name) + s * random.standard_normal() for name, s in NOISE.items()}
-        tick = twin.tick(time, PERIOD, current, LOAD, NEW['T0'], shown)
-        setpoint = 0.004 + 0.003 * (int(time / STEP) % 3)
-        command = control.update(setpoint, displacement=shown['displacement'], applied_current=current)
-        current = command.current
-        memory.add(time, [*shown.values(), current])
-        rows.append((time, setpoint, reading.displacement, tick.residual[2]))
+class Story:
+    """A muscle that wears, its controller and its twin. Rows: time (s), setpoint, displacement, residual (m), A."""
+
+    def __init__(self, wear: str, folder: Path) -> None:
+        self.wear, self.folder = wear, folder
+        self.random = np.random.default_rng(0)
+        self.muscle = Muscle(worn(wear, 0.0), load=LOAD)
+        self.twin = Twin(Predictor(NEW, load=LOAD, ambient=NEW['T0']), PERIOD)
+        self.control = Handover(controller(NEW), PERIOD)
+        self.memory = Memory((*NOISE, 'current'), round(600.0 / PERIOD))
+        self.rows = np.zeros((round(LENGTH / PERIOD), 5))
+        self.events: dict[str, float] = {}
+
+    def run(self) -> None:
+        """From new to worn, diagnosed and adopted."""
+        current = 0.0
+        for k in range(len(self.rows)):
+            time = k * PERIOD
+            if BEGINS <= time <= BEGINS + LASTS + 1.0 and k % 20 == 0:
+                self._wear(time)
+            reading = self.muscle.step(PERIOD, current)
+            shown = {name: getattr(reading, name) + s * self.random.standard_normal() for name, s in NOISE.items()}
+            shown['displacement'] += self._lower(time)
+            tick = self.twin.tick(time, PERIOD, current, LOAD, NEW['T0'], shown)
+            setpoint = 0.004 + 0.003 * (int(time / STEP) % 3)
+            self.memory.add(time, [*shown.values(), current])
+            command = self.control.update(setpoint, displacement=shown['displacement'], applied_current=current)
+            current = command.current
+            self.rows[k] = time, setpoint, reading.displacement + self._lower(time), tick.residual[2], current
+            self._notice(time)
+
+    def _wear(self, time: float) -> None:
+        state = self.muscle.state
+        self.muscle = Muscle(worn(self.wear, time), load=LOAD)
+        self.muscle.state[:] = state
+
+    def _lower(self, time: float) -> float:
+        """How much lower the load hangs at rest than when the muscle was new and the ruler was zeroed, m (negative)."""
+        return LOAD / NEW['k0'] - LOAD / worn(self.wear, time)['k0']
+
+    def _notice(self, time: float) -> None:
+        twin, events = self.twin, self.events
         if twin.state is State.DIFFERS and 'alarm' not in events:
             events['alarm'] = time
             print(f'{time:.0f} s: {twin.difference}')
         if 'alarm' in events and 'diagnosed' not in events and time > max(events['alarm'], BEGINS + LASTS) + COLLECT:
             events['diagnosed'] = time
-            twin.propose(Predictor(diagnosed(folder, memory, time - COLLECT), load=LOAD, ambient=NEW['T0']), time)
+            model = diagnosed(self.folder, self.memory, time - COLLECT)
+            twin.propose(Predictor(model, load=LOAD, ambient=NEW['T0']), time)
         for event in twin.events:
             print(f'{time:.0f} s: {event}')
-            events.setdefault('adopted', time)
-            control = controller(twin.predictor.model)
+            if 'adopted' not in events and event.startswith('adopted'):
+                events['adopted'] = time
+            back = twin.predictor.model is NEW
+            self.control.adopt(None if back else controller(twin.predictor.model))
         twin.events.clear()
-    return np.array(rows), events
+
+    def told(self) -> list[tuple[str, float, float, float]]:
+        """By epoch: rms of the tracking error, of it once a step is over, and of the twin's residual, m."""
+        adopted = self.events.get('adopted', LENGTH - 200.0)
+        epochs = (
+            ('before', 60.0, BEGINS),
+            ('while it wears', BEGINS, BEGINS + LASTS),
+            ('worn', BEGINS + LASTS, adopted),
+            ('adopted', adopted + FADE, LENGTH),
+        )
+        return [(name, *self._errors(begin, end)) for name, begin, end in epochs]
+
+    def _errors(self, begin: float, end: float) -> tuple[float, float, float]:
+        time, setpoint, x, residual, _ = self.rows[(self.rows[:, 0] >= begin) & (self.rows[:, 0] < end)].T
+        over = time % STEP >= SETTLED
+
+        def rms(values: np.ndarray) -> float:
+            return float(np.sqrt(np.mean(values**2)))
+
+        return rms(setpoint - x), rms((setpoint - x)[over]), rms(residual)
+
+    def step(self) -> tuple[float, float]:
+        """The largest change of the current (A) from tick to tick once steps are over: usually, and as it adopts."""
+        time, current = self.rows[:, 0], self.rows[:, 4]
+        change = np.abs(np.diff(current, prepend=current[0]))
+        over, adopted = time % STEP >= SETTLED, self.events.get('adopted', np.inf)
+        near = (time >= adopted) & (time < adopted + FADE)
+        return float(change[over & ~near].max()), float(change[over & near].max(initial=0.0))
 
 
-def tracking_error(rows: np.ndarray, begin: float, end: float) -> float:
-    """Root mean square of setpoint minus displacement between two times, m."""
-    chosen = rows[(rows[:, 0] >= begin) & (rows[:, 0] < end)]
-    return float(np.sqrt(np.mean((chosen[:, 1] - chosen[:, 2]) ** 2)))
-
-
-def draw(path: Path, rows: np.ndarray, events: dict[str, float]) -> None:
-    """Tracking error and residual over time."""
-    figure, (above, below) = plt.subplots(2, 1, figsize=(9, 5.5), sharex=True, layout='constrained')
-    window = round(3 * STEP / PERIOD)
-    squared = np.convolve((rows[:, 1] - rows[:, 2]) ** 2, np.ones(window) / window, mode='valid')
-    above.plot(rows[window - 1 :, 0], 1e3 * np.sqrt(squared), color='#1f77b4')
-    above.set_ylim(0.0, None)
-    above.set_ylabel('tracking error, mm\n(rms over 36 s)')
-    below.plot(rows[:, 0], 1e3 * rows[:, 3], color='#d62728', linewidth=0.6)
-    below.set_ylabel('measured minus\npredicted, mm')
-    below.set_xlabel('time, s')
-    for axis in (above, below):
-        axis.axvspan(BEGINS, BEGINS + LASTS, color='0.9')
-        for name, when in events.items():
-            axis.axvline(when, color='0.3', linewidth=0.8)
-            if axis is above:
-                axis.annotate(name, (when, 1.0), xycoords=('data', 'axes fraction'), rotation=90, va='top', ha='right')
-    above.annotate('wears', (BEGINS, 0.02), xycoords=('data', 'axes fraction'))
+def draw(path: Path, stories: Sequence[Story]) -> None:
+    """Tracking error and residual over time, a column a kind of wear."""
+    figure, axes = plt.subplots(2, len(stories), figsize=(4.2 * len(stories), 5.5), sharex=True, layout='constrained',
+                                squeeze=False)  # fmt: skip
+    for (above, below), story in zip(axes.T, stories, strict=True):
+        time, setpoint, x, residual, _ = story.rows.T
+        over = time % STEP >= SETTLED
+        held = (time // STEP).astype(int)
+        error = np.array([np.sqrt(np.mean((setpoint - x)[over & (held == k)] ** 2)) for k in range(held[-1])])
+        above.plot(STEP * (np.arange(held[-1]) + 1), 1e3 * error, '.', markersize=3, color='#1f77b4')
+        above.set_ylim(0.0, None)
+        above.set_title(story.wear)
+        below.plot(time, 1e3 * residual, color='#d62728', linewidth=0.6)
+        below.set_xlabel('time, s')
+        for axis in (above, below):
+            axis.axvspan(BEGINS, BEGINS + LASTS, color='0.9')
+            for name, when in story.events.items():
+                axis.axvline(when, color='0.3', linewidth=0.8)
+                if axis is below:
+                    axis.annotate(
+                        name, (when, 1.0), xycoords=('data', 'axes fraction'), rotation=90, va='top', ha='right'
+                    )
+        above.annotate('wears', (BEGINS, 0.93), xycoords=('data', 'axes fraction'))
+    axes[0, 0].set_ylabel('tracking error, mm\n(rms of the last 6 s of a setpoint)')
+    axes[1, 0].set_ylabel('measured minus\npredicted, mm')
     figure.savefig(path, dpi=110)
 
 
 def main() -> None:
     """Run, print, draw."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--only', nargs='+', choices=list(WEARS), default=list(WEARS))
     parser.add_argument('--output', type=Path, default=Path('docs/images/wear.png'))
     args = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        rows, events = run(Path(folder))
-    adopted = events.get('adopted', LENGTH - 200.0)
-    for name, begin, end in (
-        ('before', 60.0, BEGINS),
-        ('worn, not yet adopted', BEGINS + LASTS, adopted),
-        ('adopted', adopted + 60.0, LENGTH),
-    ):
-        print(f'tracking error {name}: {1e3 * tracking_error(rows, begin, end):.3f} mm')
-    print(events)
-    draw(args.output, rows, events)
+    stories = []
+    print('| wear | epoch | tracking error, mm | once a step is over, mm | residual, mm |\n|---|---|---|---|---|')
+    for wear in args.only:
+        with tempfile.TemporaryDirectory() as folder:
+            story = Story(wear, Path(folder))
+            story.run()
+        stories.append(story)
+        for epoch, *errors in story.told():
+            print(f'| {wear} | {epoch} | ' + ' | '.join(f'{1e3 * error:.3f}' for error in errors) + ' |')
+        usual, adopting = story.step()
+        print(f'{wear}: the current changes by at most {usual:.4f} A a tick, {adopting:.4f} A as it adopts', flush=True)
+    draw(args.output, stories)
 
 
 if __name__ == '__main__':

@@ -23,6 +23,7 @@ class Predictor:
         load: N, the starting load, under which displacement is zero at rest at T0.
         ambient: K.
         end: what holds the muscle, with what ``Muscle`` takes for it.
+        source: the file of the model, for whoever is to use it too.
     """
 
     def __init__(
@@ -33,8 +34,10 @@ class Predictor:
         load: float,
         ambient: float,
         end: str = 'load',
+        source: str = '',
         **held: float,
     ) -> None:
+        self.source = source
         self.model, self.variants = model, tuple(variants)
         self._muscles = [Muscle(one, end=end, load=load, ambient=ambient, **held) for one in (model, *variants)]
         self._together = Muscles(self._muscles)

@@ -9,6 +9,7 @@ Time: ``update`` at t_k is given what was measured at t_k and the current that f
 effect a period later; the model's step over that period is part of the law.
 """
 
+from copy import copy
 from dataclasses import dataclass
 from math import exp, expm1
 from typing import Any
@@ -52,6 +53,7 @@ class Command:
     predicted_temperature  K, however the sensor errs
     expected_displacement  m, what the feedback should show by what was learnt of the muscle a moment ago: a sensor that
     expected_resistance    ohm, froze is left behind by it, a muscle at rest that is not quite the model is not
+    highest_current        A, that keeps model and thermometer below the temperature limit
     """
 
     current: float
@@ -60,6 +62,7 @@ class Command:
     predicted_temperature: float
     expected_displacement: float
     expected_resistance: float
+    highest_current: float
 
 
 class TrackingController:
@@ -120,6 +123,10 @@ class TrackingController:
         self._pid.reset()
         self._slope.reset()
 
+    def take_over(self, other: 'TrackingController') -> None:
+        """Go on with what of another controller has nothing to do with its model."""
+        self._pid, self._slope = copy(other._pid), copy(other._slope)
+
     def update(
         self,
         setpoint: float,
@@ -166,19 +173,19 @@ class TrackingController:
             current = self._pid.update(setpoint, x, self.current_limit)
         else:
             current = self._track(setpoint, target, shaped=target != wanted)
-        current = min(current, self.current_limit, self._safe_current(temperature))
+        current = min(current, self.current_limit, highest := self._safe_current(temperature))
         if displacement is None and resistance is None:
             current = max(current, min(self.settings.probe_current, self.current_limit))
         self._flowing = current if applied_current is None else self._flowing
-        shaped = setpoint if target == wanted else self._inverse.displacement(target, self._load)
         expected = self._expected.temperature
         return Command(
             current=current,
-            shaped_setpoint=shaped,
+            shaped_setpoint=setpoint if target == wanted else self._inverse.displacement(target, self._load),
             predicted_displacement=self._predicted,
             predicted_temperature=self._fibre,
             expected_displacement=self._inverse.displacement(expected, self._load),
             expected_resistance=self._expected.resistance(expected),
+            highest_current=highest,
         )
 
     def _coordinate(self, displacement: float | None, resistance: float | None) -> float | None:

@@ -24,7 +24,7 @@ BAND = 1.6449  # standard deviations: 90 %
 LONGEST_STEP = 1.0  # s without a current: what flowed meanwhile nobody knows
 _T, _R, _X, _F = range(len(CHANNELS))
 _REMEMBERED = 30.0  # s, over which it is weighed in which stage the difference is
-TRIAL = 60.0  # s of heating or cooling, over which two models are compared
+TRIAL = 60.0  # s of heating or cooling, over which two models are compared, where nothing else is said
 WATCHED = 600.0  # s, for which a model that was replaced is kept beside the new one
 BETTER = 0.8  # of the other's mean squared error: so much less for a model to take its place
 _MOVING = 3.0  # K above the ambient: a cold muscle tells two models apart by nothing
@@ -72,11 +72,13 @@ class _Trial:
 
 @dataclass
 class Twin:
-    """The twin of one muscle. ``period`` is s, from tick to tick, and what times of messages are unsure by."""
+    """The twin of one muscle. ``period`` is s, from tick to tick, and what times of messages are unsure by; ``trial`` s
+    of heating or cooling two models are compared over."""
 
     predictor: Predictor
     period: float
     rule: Rule = field(default_factory=Rule)
+    trial: float = TRIAL
 
     def __post_init__(self) -> None:
         self.test = Sequential((len(CHANNELS),), self.rule)
@@ -216,7 +218,7 @@ class Twin:
             squared = float(np.sum(errors[np.isfinite(errors)] ** 2))
             setattr(trial, name, getattr(trial, name) + dt * squared)
         trial.heated += dt
-        if trial.heated >= TRIAL:
+        if trial.heated >= self.trial:
             self._decide(trial, now)
 
     def _decide(self, trial: _Trial, now: float) -> None:

@@ -8,14 +8,16 @@ from rclpy.publisher import Publisher
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
+from tcp_muscle_ros.control.handover import Handover
 from tcp_muscle_ros.control.inverse import Inverse
 from tcp_muscle_ros.control.safety import FeedbackWatch, Limits, State
 from tcp_muscle_ros.control.tracking import Command, TrackingController
-from tcp_muscle_ros.muscle import ZERO_CELSIUS
+from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.nodes.home import ControlHome
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle, number
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS
+from tcp_muscle_ros.settings.parameter_file import read
 
 # Steps of a sensor that is not said to have any: movement below five of them proves nothing.
 _FINE = {'displacement': 2e-5, 'resistance': 2e-3}  # m, ohm: 20 um of movement, or what it changes the resistance by
@@ -23,14 +25,32 @@ _UNIT = {'displacement': 'm', 'resistance': 'ohm'}
 _HOTTEST_READING = 1000.0  # degC; more is a broken thermometer rather than a hot muscle
 
 
-def make_controller(settings: Settings) -> TrackingController:
-    """The controller that the parameters describe.
+_models: dict[str, Parameters] = {}  # of model_file, as they were when they were checked
+
+
+def check_model(settings: Settings) -> None:
+    """Read ``model_file`` where one is named. BadInput."""
+    path = settings['model_file']
+    if path:
+        _models[path] = read(path).parameters
+
+
+def other_model(settings: Settings) -> Parameters | None:
+    """The muscle of ``model_file`` as it was checked, None where none is named. What else stands there counts nothing.
+
+    A tick may ask: the file is not read again.
+    """
+    return _models[settings['model_file']] if settings['model_file'] else None
+
+
+def make_controller(settings: Settings, model: Parameters | None = None) -> TrackingController:
+    """The controller that the parameters describe, of their own muscle or of another model of it.
 
     Raises:
         BadInput: values that make no muscle or no controller.
     """
     return TrackingController(
-        settings.muscle(),
+        model or settings.muscle(),
         1.0 / settings['rate_hz'],
         settings['current_limit_a'],
         settings['load_n'],
@@ -44,6 +64,14 @@ def make_controller(settings: Settings) -> TrackingController:
         pid_kd=settings['pid_kd_a_s_per_m'],
         pid_filter_time=settings['pid_filter_time_s'],
     )
+
+
+def make_handover(settings: Settings) -> Handover:
+    """The same, ready to take another model; with that of ``model_file`` in charge where one is named. BadInput."""
+    made, model = Handover(make_controller(settings), 1.0 / settings['rate_hz']), other_model(settings)
+    if model is not None:
+        made.begin(make_controller(settings, model))
+    return made
 
 
 class Latest:
@@ -88,7 +116,7 @@ class ControlledMuscle(SafeMuscle):
         self.partner_stopped = ''  # why the other muscle of the joint pulls no more
         self._command: Command | None = None
         self._lost = 'no feedback yet'
-        self._controller = make_controller(settings)
+        self._controller = make_handover(settings)
         self._watch = FeedbackWatch('angle' if on_joint else self._feedback, 0.0, 0.0)
         self._apply_watch()
 
@@ -110,6 +138,17 @@ class ControlledMuscle(SafeMuscle):
         """The safety limits. The node commands itself every tick: there is no commander to watch."""
         return settings.limits(command_timeout=0.0)
 
+    def change(self, settings: Settings) -> None:
+        """Another model alone takes over without a step in the current."""
+        if self.on_joint or {**self.settings, 'model_file': settings['model_file']} != dict(settings):
+            super().change(settings)
+            return
+        self.settings = settings
+        model = other_model(settings)
+        self._controller.adopt(None if model is None else make_controller(settings, model))
+        self._watch.expect_anew()  # what is expected is another model's now
+        self._apply_watch()
+
     def apply(self, settings: Settings) -> None:
         """A new controller; it begins where the muscle is."""
         self._begin_anew()
@@ -121,7 +160,7 @@ class ControlledMuscle(SafeMuscle):
         quantum = settings[f'{self._feedback}_quantum_{_UNIT[self._feedback]}']
         self._watch.timeout = settings['feedback_timeout_s'] or max(3.0 * self.node.period, 0.2)
         self._watch.quantum = max(quantum, _FINE[self._feedback])
-        self._model = settings.muscle()
+        self._model = other_model(settings) or settings.muscle()
         self._inverse = Inverse(self._model, settings['load_n'])
 
     # What comes in
@@ -202,7 +241,7 @@ class ControlledMuscle(SafeMuscle):
         return 'reset: waiting for a setpoint'
 
     def _begin_anew(self) -> None:
-        self._controller = make_controller(self.settings)
+        self._controller = make_handover(self.settings)
         self._command = None
         self._watch.expect_anew()
 
@@ -302,6 +341,7 @@ class ControlledMuscle(SafeMuscle):
         command, measured = self._command, self._watch.value
         return {
             'mode': self.settings['mode'],
+            'model_file': self.settings['model_file'] or 'none',
             'feedback': self._feedback,
             'setpoint_m': number(self._setpoint),
             'shaped_setpoint_m': number(None if command is None else command.shaped_setpoint),

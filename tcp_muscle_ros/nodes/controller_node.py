@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 
 from tcp_muscle_ros.errors import nearest
 from tcp_muscle_ros.nodes.controlled_joint import ControlledJoint
-from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, make_controller
+from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, check_model, make_handover
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.lockstep import out_of_step
 from tcp_muscle_ros.nodes.parameters import Settings
@@ -46,7 +46,8 @@ class ControllerNode(SafeNode[ControlledMuscle]):
     def check(self, settings: Settings) -> None:
         """Raise BadInput against values that make no muscle, no controller or no limits."""
         settings.limits(command_timeout=0.0)
-        make_controller(settings)
+        check_model(settings)
+        make_handover(settings)
 
     def make_muscle(self, name: str, settings: Settings) -> ControlledMuscle:
         """A muscle with its controller."""

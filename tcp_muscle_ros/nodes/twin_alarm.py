@@ -96,11 +96,15 @@ class Alarm:
         except (OSError, ValueError, KeyError) as error:
             return f'the diagnosis left no report: {error}'
 
+    @property
+    def model(self) -> Path:
+        """Where the muscle is as the diagnosis found it, if it found one."""
+        return self.report / 'improved.yaml'
+
     def improved(self) -> Parameters | None:
         """The muscle as the diagnosis found it; None where it found none."""
-        path = self.report / 'improved.yaml'
         try:
-            return read(path).parameters if path.is_file() else None
+            return read(self.model).parameters if self.model.is_file() else None
         except BadInput as error:
             self._say(f'no model to adopt: {error}')
             return None

@@ -35,6 +35,7 @@ from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.ticks import SteadyTime, TickLoop
 from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
 from tcp_muscle_ros.nodes.twin_alarm import Alarm
+from tcp_muscle_ros.nodes.twin_controller import Believing
 from tcp_muscle_ros.nodes.twin_hearing import HEARD, Heard, Hearing
 from tcp_muscle_ros.settings import intervals
 from tcp_muscle_ros.settings.operating import OPERATING, TWIN, TWIN_NODE
@@ -67,7 +68,10 @@ class TwinNode(Node):  # type: ignore[misc]
             self._file.number('ambient_temperature_c') + ZERO_CELSIUS,
         )
         model = on_rig(self._file.parameters, self._rig)
-        self._twin = Twin(self._predictor(model, self._variants()), 1.0 / self._rate)
+        self._twin = Twin(
+            self._predictor(model, self._variants()), 1.0 / self._rate, trial=float(self._settings['trial_s'])
+        )
+        self._controller = Believing(self, self._settings['adopting_controller'], self._tell)
         self._estimate = Estimate(model, 1.0 / self._rate, self._load)
         self._memory = Memory(HEARD, round(self._settings['keep_s'] * self._rate))
         self._current: float | None = None
@@ -101,7 +105,7 @@ class TwinNode(Node):  # type: ignore[misc]
         drawn = intervals.variants(path, self._file.parameters) if path and Path(path).is_file() else None
         return [on_rig(one, self._rig) for one in (drawn or {}).values()][:_VARIANTS]
 
-    def _predictor(self, model: Parameters, variants: Sequence[Parameters] = ()) -> Predictor:
+    def _predictor(self, model: Parameters, variants: Sequence[Parameters] = (), source: str = '') -> Predictor:
         file: ParameterFile = self._file
         return Predictor(
             model,
@@ -112,6 +116,7 @@ class TwinNode(Node):  # type: ignore[misc]
             held_length=file.number('held_length_m'),
             spring_rate=file.number('spring_rate_n_per_m'),
             spring_rest_length=file.number('spring_rest_length_m'),
+            source=source,
         )
 
     # Life (see lifetime.py)
@@ -223,13 +228,14 @@ class TwinNode(Node):  # type: ignore[misc]
                 self._tell(headline)
                 self._finding.publish(String(data=headline))
                 self._propose(alarm)
+        self._controller.believe(self._twin.predictor.source)
         self._publish_diagnostics()
 
     def _propose(self, alarm: Alarm) -> None:
         model = alarm.improved() if self._settings['auto_adopt'] else None
         if model is not None:
             self._tell('the diagnosed model runs beside the present one, and replaces it where it predicts better')
-            predictor = self._predictor(on_rig(model, self._rig))
+            predictor = self._predictor(on_rig(model, self._rig), source=str(alarm.model.resolve()))
             with self._lock:
                 self._twin.propose(predictor, self._then)
 
@@ -260,6 +266,7 @@ class TwinNode(Node):  # type: ignore[misc]
                     'alarms': str(self._alarms),
                     'hottest_c': celsius(twin.hottest),
                     'effects': ', '.join(twin.predictor.model.effects) or 'none',
+                    'model_file': twin.predictor.source or 'none',
                     'on_trial': str(twin.on_trial).lower(),
                 }.items()
             ],

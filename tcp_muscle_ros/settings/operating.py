@@ -226,6 +226,13 @@ _ROWS = (
         0.0,
         1.0,
     ),
+    Operating(
+        'model_file',
+        '',
+        '',
+        'parameter file of a muscle to believe in instead, such as improved.yaml; empty: that of the parameters',
+        (CONTROL,),
+    ),
     Operating('time_constant_s', 0.07, 's', 'mode model: of the closed loop', (CONTROL,), 1e-3, 100.0),
     Operating('pid_kp_a_per_m', 200.0, 'A/m', 'mode pid: proportional gain', (CONTROL,)),
     Operating('pid_ki_a_per_m_s', 32.0, 'A/(m s)', 'mode pid: integral gain', (CONTROL,)),
@@ -269,6 +276,15 @@ _TWIN_ROWS = (
         (TWIN_NODE,),
         1.0,
         3600.0,
+    ),
+    Operating('trial_s', 60.0, 's', 'how much of warm muscle two models are compared on', (TWIN_NODE,), 1.0, 3600.0),
+    Operating(
+        'adopting_controller',
+        '',
+        '',
+        'auto_adopt: controller_node that is to believe in the adopted model too; empty: none',
+        (TWIN_NODE,),
+        read_only=True,
     ),
 )
 TWIN: Mapping[str, Operating] = {row.name: row for row in _TWIN_ROWS}

@@ -382,7 +382,7 @@ def test_a_wrong_setting_is_named(change, says):
 
 def test_a_command_is_immutable():
     with pytest.raises(AttributeError):
-        Command(0.0, 0.0, 0.0, 0.0, 0.0, 0.0).current = 1.0
+        Command(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0).current = 1.0
 
 
 def test_the_nodes_parameters_have_these_defaults():

@@ -1,0 +1,43 @@
+"""A controller that is to believe in the model that its twin has adopted: told by its parameter ``model_file``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rcl_interfaces.srv import SetParameters
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.task import Future
+
+_PATIENCE = 5  # looks, one a second, at an answer that does not come
+
+
+class Believing:
+    """The controller ``name`` (relative to the namespace of ``node``; '' none). ``say`` is told in words."""
+
+    def __init__(self, node: Node, name: str, say: Callable[[str], None]) -> None:
+        self._name, self._say = name, say
+        self._client = node.create_client(SetParameters, f'{name}/set_parameters') if name else None
+        self._told: str | None = ''  # the file that it has, or was refused; None: it is to be asked again
+        self._asked: Future | None = None
+        self._looks = 0
+
+    def believe(self, model_file: str) -> None:
+        """It is to believe in this file's model ('': its own parameters); call now and then."""
+        if self._client is None or (self._asked is None and model_file == self._told):
+            return
+        if self._asked is None:
+            if self._client.service_is_ready():
+                parameter = Parameter('model_file', value=model_file).to_parameter_msg()
+                request = SetParameters.Request(parameters=[parameter])
+                self._asked, self._told, self._looks = self._client.call_async(request), model_file, 0
+            return
+        self._looks += 1
+        if self._asked.done():
+            (result,) = self._asked.result().results
+            what = f'believes in {self._told}' if self._told else 'believes in its own parameters again'
+            self._say(f'{self._name} {what}' if result.successful else f'{self._name} refuses: {result.reason}')
+            self._asked = None
+        elif self._looks > _PATIENCE:
+            self._client.remove_pending_request(self._asked)
+            self._asked = self._told = None
