@@ -27,6 +27,7 @@ What an odd file needs besides, as ``tcp_muscle import`` without a map writes it
 ```yaml
 table: {encoding: cp1252, delimiter: ';', decimal: ',', headings: [7], first: 8, last: 37}   # rows, counted from 1
 table: {sheet: 'run 1', only: {trial: '2'}, missing: [OL]}    # of a spreadsheet; some rows; texts that are no number
+table: {long: {time: _time, name: _field, value: _value}}     # one reading a row: a column for each name
 time: {column: Uhrzeit, unit: clock, date: Datum, order: dmy, fraction: {column: ms, unit: ms}}   # or unit: stamp
 time: {column: micros, unit: us, wraps: 4294967296}
 columns: {force: {column: F, unit: N, time: {column: 't (2)', unit: s}}}  # a channel with a clock of its own
@@ -46,7 +47,8 @@ from tcp_muscle_ros.recording.units import UNITS, Unit, unit_of
 from tcp_muscle_ros.recording.yaml_input import Section, load_yaml
 
 _SHARED = ('time', 'dt_s', 'columns', 'input', 'end', 'known', 'delimiter', 'table')
-_TABLE = ('encoding', 'delimiter', 'decimal', 'headings', 'first', 'last', 'sheet', 'only', 'missing')
+_TABLE = ('encoding', 'delimiter', 'decimal', 'headings', 'first', 'last', 'sheet', 'only', 'missing', 'long')
+_LONG = ('time', 'name', 'value')
 _FIRST = 'first'
 CLOCK, STAMP = 'clock', 'stamp'  # instead of a unit of time
 ORDERS = ('dmy', 'mdy', 'ymd')
@@ -233,7 +235,16 @@ def _layout(section: Section) -> Layout:
         table.text('sheet', ''),
         {name: only.text(name) for name in only.names()},
         tuple(map(str, missing)),
+        _long(table),
     )
+
+
+def _long(table: Section) -> tuple[str, str, str] | None:
+    """The columns of a table with one reading a row."""
+    if 'long' not in table:
+        return None
+    entry = table.section('long').only(*_LONG)
+    return entry.text('time'), entry.text('name'), entry.text('value')
 
 
 def _time(entry: Section) -> TimeSource:

@@ -48,10 +48,11 @@ def _time(time: DraftTime | float) -> str:
 
 
 def _column(column: DraftColumn) -> tuple[str, str]:
+    scaled = f', times {column.scale:g}' if column.scale != 1.0 else ''
     turned = ', sign turned: contraction is positive' if column.sign < 0 else ''
     zero = ', from its first value' if column.from_first else ''
     own = f', at the times of {column.time.ref}' if column.time is not None else ''
-    return column.channel, f'{column.ref} in {column.unit}{turned}{zero}{own}'
+    return column.channel, f'{column.ref} in {column.unit}{scaled}{turned}{zero}{own}'
 
 
 def _first_rows(recording: Recording) -> list[str]:

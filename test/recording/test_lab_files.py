@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import recording.labs.first_forty
 import recording.labs.further  # noqa: F401  enters its files
+from recording.labs import by_another
 from recording.labs.bench import FILES
-from recording.labs.check import wrong
+from recording.labs.check import LEFT_OUT, UNKNOWN, wrong, wrong_by_another
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.bag import read_bag
@@ -26,13 +27,38 @@ def test_it_is_read_as_it_was_written_or_what_is_missing_is_said(file, tmp_path)
     assert wrong(file, tmp_path) == ''
 
 
+@pytest.fixture(scope='module')
+def by_another_author(tmp_path_factory):
+    """The folder of the files by an author who had not seen the importer, and what is in each."""
+    folder = tmp_path_factory.mktemp('by_another')
+    return folder, by_another.write(folder)
+
+
+@pytest.mark.parametrize('name', by_another.NAMES)
+def test_what_another_author_wrote_is_read_as_its_author_reads_it(name, by_another_author, tmp_path):
+    folder, expected = by_another_author
+    assert wrong_by_another(folder / name, expected[name], tmp_path) == ''
+
+
+def test_what_is_left_out_of_a_file_is_said(by_another_author):
+    folder, expected = by_another_author
+    assert sorted(expected) == sorted(by_another.NAMES) and len(expected) - len(UNKNOWN) >= 50
+    for name in LEFT_OUT:
+        (run,) = guess(folder / name)
+        assert run.left_out
+    assert "'LASER CH2' is left out: a displacement in V" in guess(folder / 'tek0004ALL.csv')[0].notes[0]
+
+
 def test_there_are_enough_of_them_and_the_document_lists_each_with_its_first_try():
     assert len(FILES) >= 60
     assert sum(not file.missing for file in FILES.values()) >= 55
     table = DOCUMENT.read_text(encoding='utf-8')
     assert [name for name in FILES if f'| `{name}` |' not in table] == []
-    right = len(re.findall(r'^\| `.*\| right \|', table, re.M))
-    assert f'{right} of {len(FILES)}' in table
+    assert [name for name in by_another.NAMES if f'| `{name}` |' not in table] == []
+    ours, theirs = table.split('## By another author')
+    for part, files in ((ours, FILES), (theirs, by_another.NAMES)):
+        right = len(re.findall(r'^\| `.*\| right[^|]*\|$', part, re.M))
+        assert f'{right} of {len(files)}' in part
 
 
 @pytest.mark.parametrize(
@@ -121,3 +147,62 @@ def test_a_binary_file_that_is_none_of_the_known_kinds_is_refused(tmp_path):
     (tmp_path / 'run.bin').write_bytes(bytes(range(256)) * 9)
     with pytest.raises(BadInput, match=r'is no text, no \.xlsx'):
         guess(tmp_path / 'run.bin')
+
+
+@pytest.mark.parametrize(
+    ('heading', 'expected'),
+    [
+        ('Laser displacement (V)', Meaning('displacement', raw='V')),
+        ('Force_counts', Meaning('force', raw='counts')),
+        ('Power (%)', Meaning('power', raw='%')),
+        ('I_shunt (V)', Meaning('current', raw='V')),
+        ('Heater (V)', Meaning('voltage', 'V')),
+        ('Strain [%]', Meaning('strain', raw='%')),
+        ('Disp Digits', Meaning('')),
+        ('Troom_C', Meaning('ambient', 'degC')),
+    ],
+)
+def test_what_is_in_no_unit_of_its_channel_is_not_taken_for_it(heading, expected):
+    assert meaning(heading) == expected
+
+
+def lab_text(tmp_path, *lines, rows):
+    (tmp_path / 'run.csv').write_text('\n'.join([*lines, *rows]) + '\n')
+    return guess(tmp_path / 'run.csv')
+
+
+def heated(sign, current=True):
+    """A distance that follows heating by 0.2 A behind a lag, in mm, at 1 Hz."""
+    warm, rows = 0.0, []
+    for k in range(60):
+        on = 10 <= k < 30
+        warm += (on - warm) / 8.0
+        rows.append(f'{k},{0.2 * on if current else 1},{30 + sign * 3 * warm:.3f}')
+    return rows
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+def test_which_way_a_distance_goes_is_told_by_the_heat(tmp_path, sign):
+    (run,) = lab_text(tmp_path, 'Time (s),Current (A),Distance (mm)', rows=heated(sign))
+    (distance,) = [column for column in run.columns if column.channel == 'displacement']
+    assert (distance.sign, distance.from_first) == (sign, True)
+
+
+def test_a_distance_of_which_nothing_tells_the_way_is_refused(tmp_path):
+    with pytest.raises(BadInput, match=r"'Distance \(mm\)': a distance that grows or falls as the muscle contracts"):
+        lab_text(tmp_path, 'Time (s),Humidity,Distance (mm)', rows=heated(1, current=False))
+
+
+def test_a_strain_without_a_length_is_left_out_and_said_to_be(tmp_path):
+    heads = 'Time (s),Current (A),Strain (%)'
+    (run,) = lab_text(tmp_path, heads, rows=heated(1))
+    assert "'Strain (%)' is left out: a strain in %, and the muscle's length is written nowhere" in run.notes
+    (run,) = lab_text(tmp_path, 'Length: 120 mm', '', heads, rows=heated(1))
+    (strain,) = [column for column in run.columns if column.channel == 'displacement']
+    assert (strain.unit, strain.scale) == ('m', 1.2e-3)
+
+
+def test_milliseconds_that_begin_anew_with_each_second_are_no_runs(tmp_path):
+    rows = [f'2024/05/01 10:00:{k // 5:02d},{200 * (k % 5)},{23 + 0.1 * k:.1f}' for k in range(60)]
+    (run,) = lab_text(tmp_path, 'Date Time,ms,Temperature (°C)', rows=rows)
+    assert run.time.unit == 'stamp' and run.time.fraction.column == 'ms'

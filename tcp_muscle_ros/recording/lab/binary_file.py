@@ -3,7 +3,7 @@
 import datetime
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.lab.grid import Grid, Row
 
 KINDS = ('.xlsx', '.xlsm', '.mat', '.parquet')
+_UNITS = ('units', 'unit', 'einheiten', 'einheit')
 _EXTRA = "which is not installed: pip install 'tcp_muscle_ros[labs]'"
 
 
@@ -79,12 +80,15 @@ def _parquet(path: Path) -> list[Grid]:
     return [_of_columns({name: table.column(name).to_numpy(zero_copy_only=False) for name in table.column_names}, '')]
 
 
-def _of_columns(columns: Mapping[str, Any], sheet: str) -> Grid:
-    """Columns of equal length as a sheet; the headings are row 1."""
+def _of_columns(columns: Mapping[str, Any], sheet: str, units: Sequence[str] = ()) -> Grid:
+    """Columns of equal length as a sheet; the headings are row 1, and what the units are is row 2."""
     length = max((len(column) for column in columns.values()), default=0)
     kept = {name: column for name, column in columns.items() if len(column) == length}
     rows = [Row(1, tuple(kept))]
-    rows += [Row(k, tuple(map(_text, cells))) for k, cells in enumerate(zip(*kept.values(), strict=True), 2)]
+    if units and len(kept) == len(columns):
+        rows.append(Row(2, tuple(units)))
+    first = len(rows) + 1
+    rows += [Row(k, tuple(map(_text, cells))) for k, cells in enumerate(zip(*kept.values(), strict=True), first)]
     return Grid(tuple(rows), sheet)
 
 
@@ -117,18 +121,26 @@ def _survives(path: str, changed_ns: int, size: int) -> bool:
     return subprocess.run([sys.executable, '-c', program, path], capture_output=True, check=False).returncode >= 0
 
 
-def _tables(content: Mapping[str, Any], name: str) -> Iterator[Grid]:
-    """The tables in a struct: its own columns, those of the structs in it, and those of arrays of structs."""
+def _tables(content: Mapping[str, Any], name: str, units: Sequence[object] = ()) -> Iterator[Grid]:
+    """The tables in a struct: its own columns, those of the structs in it, and those of arrays of structs.
+
+    ``units`` are those of the columns, where a list of texts beside them has as many.
+    """
     columns = dict(_columns(content))
+    units = next((value for key, value in content.items() if key.lower() in _UNITS and _is_texts(value)), units)
     if columns:
-        yield _of_columns(columns, name)
+        yield _of_columns(columns, name, [str(unit) for unit in units] if len(units) == len(columns) else [])
     for key, value in content.items():
         full = f'{name}.{key}' if name else key
         if isinstance(value, dict):
-            yield from _tables(value, full)
+            yield from _tables(value, full, units)
         elif key != 'signals' and _is_structs(value):
             for k, each in enumerate(value, 1):
-                yield from _tables(each, f'{full}({k})')
+                yield from _tables(each, f'{full}({k})', units)
+
+
+def _is_texts(value: object) -> bool:
+    return isinstance(value, list | np.ndarray) and len(value) > 0 and all(isinstance(each, str) for each in value)
 
 
 def _is_structs(value: object) -> bool:

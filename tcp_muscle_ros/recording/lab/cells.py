@@ -14,16 +14,21 @@ NO_NUMBER = frozenset({'', 'nan', '-nan', 'na', 'n/a', '#n/a', 'null', 'none', '
 _NUMBER = re.compile(r'([+-]?\s*(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?')
 _POINT = re.compile(r'[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?')
 _THOUSANDS = {'.': re.compile(r'[+-]?\d{1,3}(,\d{3})+(\.\d*)?'), ',': re.compile(r'[+-]?\d{1,3}(\.\d{3})+(,\d*)?')}
-_CLOCK = re.compile(r'(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:[.,:]\d+)?)\s*([AaPp])?\.?(?:[Mm]\.?)?')
+_GROUPED = re.compile(r"[+-]?\d{1,3}([’'\u00a0\u2009\u202f]\d{3})+(?!\d)")  # Swiss, or with narrow spaces
+_HALF = r'(?:\s*([AaPp])\.?(?:\s*[Mm]\.?)?)?'  # AM, a.m., 'p. m.'
+_CLOCK = re.compile(rf'(?:(\d+):)?(\d{{1,2}}):(\d{{1,2}}(?:[.,:]\d+)?){_HALF}')
 _DATE = re.compile(r'(\d{1,4})([-/.])(\d{1,2})\2(\d{1,4})\.?')
 _STAMP = re.compile(
-    r'([\d/.-]+?)\s*[T ,]\s*(\d{1,2}:[\d:.,]+(?:\s*[AaPp]\.?[Mm]\.?)?)\s*(Z|[+-]\d{2}:?\d{2})?(?:\[.*\])?'
+    r'([\d/.-]+?)\s*[T ,]\s*(\d{1,2}:[\d:.,]+(?:\s*[AaPp]\.?\s*[Mm]\.?)?)\s*(Z|[+-]\d{2}:?\d{2})?(?:\[.*\])?'
 )
 
 
 def number(cell: str, decimal: str = '.') -> float | None:
     """The number in a cell, None where it is none. A known unit may follow it; thousands may be separated."""
-    found = _NUMBER.fullmatch(cell.replace('\u2212', '-'))
+    cell = cell.replace('\u2212', '-')
+    if grouped := _GROUPED.match(cell):
+        cell = re.sub(r'[^\d+-]', '', grouped[0]) + cell[grouped.end() :]
+    found = _NUMBER.fullmatch(cell)
     if not found or (found[2] and unit_named(found[2]) is None):
         return None
     digits = found[1].replace(' ', '')

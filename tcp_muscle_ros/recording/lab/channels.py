@@ -1,26 +1,33 @@
 """Which columns are channels of a muscle, and in which units."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import lfilter
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.lab.cells import number
 from tcp_muscle_ros.recording.lab.columns import Column
 from tcp_muscle_ros.recording.lab.draft import DraftColumn, DraftTime
+from tcp_muscle_ros.recording.lab.grid import Row
+from tcp_muscle_ros.recording.lab.preamble import rest_length
 from tcp_muscle_ros.recording.lab.times import kind_of
+from tcp_muscle_ros.recording.lab.timing import times as times_of
+from tcp_muscle_ros.recording.lab.vocabulary import SHARES
 from tcp_muscle_ros.recording.plausibility import USUAL
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array
 from tcp_muscle_ros.recording.units import UNITS
 
-_CHANNEL_OF = {'length': 'displacement', 'elongation': 'displacement'}
+_CHANNEL_OF = dict.fromkeys(('length', 'elongation', 'distance', 'strain'), 'displacement')
 _COMMANDED = {**{name: f'{name}_command' for name in DRIVES}, 'displacement': 'displacement_setpoint'}
 _STEADY = 0.02  # of its size, by which a load that hangs may vary
 _FEWEST = 0.2  # share of the cells that are numbers
 _ROOM = (278.0, 316.0)  # K
 _SURE = 0.9  # of a correlation
+_LAGS = (3.0, 8.0, 20.0, 40.0)  # s
+_AWAY = 2.0  # times its span, from which on a position does not begin at its zero
 
 
 @dataclass(frozen=True)
@@ -29,39 +36,118 @@ class Candidate:
 
     channel: str
     column: Column
-    value: Array  # as written, without the cells that are no numbers
+    rows: Array  # as written, NaN where a cell is no number
+
+    @property
+    def value(self) -> Array:
+        """The numbers."""
+        return self.rows[np.isfinite(self.rows)]
+
+
+class Warmth:
+    """How warm the muscle is in each row: as measured, or the heat with which it is driven behind lags."""
+
+    def __init__(
+        self,
+        thermometer: Candidate | None,
+        drives: Sequence[Candidate],
+        columns: Sequence[Column],
+        time: DraftTime | float,
+        decimal: str,
+    ) -> None:
+        self._warm = [] if thermometer is None else [thermometer.rows]
+        if not self._warm and drives:
+            rows = drives[0].rows
+            at = time * np.arange(len(rows)) if isinstance(time, float) else times_of(columns, time, decimal)
+            step = float(np.nanmedian(np.diff(at))) if len(at) > 1 else 0.0
+            with np.errstate(all='ignore'):
+                heat = np.nan_to_num(rows) ** (1 if drives[0].channel == 'power' else 2)
+            shares = [min(step / lag, 1.0) for lag in _LAGS] if step > 0.0 else []
+            self._warm = [lfilter([share], [1.0, share - 1.0], heat) for share in shares]
+
+    def falls(self, each: Candidate) -> bool | None:
+        """Does a column fall as the muscle warms? None where that cannot be told."""
+        found = [_correlation(each.rows, warm) for warm in self._warm]
+        best = max(found, key=abs, default=0.0)
+        return best < 0.0 if abs(best) > _SURE else None
+
+
+def _correlation(a: Array, b: Array) -> float:
+    both = np.isfinite(a) & np.isfinite(b)
+    if np.count_nonzero(both) < 10 or np.ptp(a[both]) == 0.0 or np.ptp(b[both]) == 0.0:
+        return 0.0
+    with np.errstate(all='ignore'):  # the squares of what is huge
+        return float(np.nan_to_num(np.corrcoef(a[both], b[both])[0, 1]))
 
 
 def channels_of(
-    columns: Sequence[Column], time: DraftTime | float, decimal: str, path: Path
+    columns: Sequence[Column], time: DraftTime | float, decimal: str, preamble: Sequence[Row], path: Path
 ) -> tuple[list[DraftColumn], list[str], list[str]]:
     """The channels of a table, the headings that are left out, and what was assumed.
 
-    BadInput: several columns could be one channel, or the unit of one cannot be told.
+    BadInput: several columns could be one channel, or the unit or the sign of one cannot be told.
     """
     found = [each for column in columns if (each := _candidate(column, columns, decimal)) is not None]
+    length = rest_length(preamble)
+    notes = [_unscaled(each.column) for each in found if _without_scale(each, length)]
+    found = [each for each in found if not _without_scale(each, length)]
     clocks = _clocks(columns, time, decimal)
-    drafts, notes = [], []
-    for channel in dict.fromkeys(each.channel for each in found):
-        chosen = _chosen(channel, [each for each in found if each.channel == channel], path)
-        unit, note = _unit(chosen, path)
-        notes += [note] if note else []
-        kind = chosen.column.meaning.kind
-        drafts.append(
-            DraftColumn(
-                channel,
-                chosen.column.ref,
-                unit,
-                sign=-1 if kind in ('length', 'elongation') else 1,
-                from_first=kind == 'length',
-                time=clocks.get(chosen.column.index),
-            )
-        )
-    drafts, more = _turned(drafts, found)
+    chosen = {
+        channel: _chosen(channel, [each for each in found if each.channel == channel], path)
+        for channel in dict.fromkeys(each.channel for each in found)
+    }
+    way = Warmth(chosen.get('temperature'), [chosen[name] for name in DRIVES if name in chosen], columns, time, decimal)
+    drafts = []
+    for channel, each in chosen.items():
+        draft, more = _drafted(each, length, way, path)
+        drafts.append(replace(draft, channel=channel, time=clocks.get(each.column.index)))
+        notes += more
     used = {draft.ref for draft in drafts}
     times = {time.ref, time.date, time.fraction} if isinstance(time, DraftTime) else set()
     left = [c.heading for c in columns if c.heading and c.ref not in used | times and c.meaning.kind != 'time']
-    return drafts, left, notes + more
+    if drafts and not {draft.channel for draft in drafts} & set(DRIVES):
+        notes.append('no current, power or voltage is in it, without which nothing can be replayed or diagnosed')
+    return drafts, left, notes
+
+
+def _without_scale(each: Candidate, length: float | None) -> bool:
+    """Is it a signal that nobody has scaled? A strain in % is scaled by the muscle's length."""
+    raw = each.column.meaning.raw
+    return bool(raw) and not (each.column.meaning.kind == 'strain' and raw in SHARES and length is not None)
+
+
+def _unscaled(column: Column) -> str:
+    meaning = column.meaning
+    if meaning.kind == 'strain':
+        return f"{column.ref} is left out: a strain in {meaning.raw}, and the muscle's length is written nowhere"
+    return f'{column.ref} is left out: a {meaning.kind} in {meaning.raw}, and how it is scaled is written nowhere'
+
+
+def _drafted(each: Candidate, length: float | None, way: Warmth, path: Path) -> tuple[DraftColumn, list[str]]:
+    """A channel's column with its unit, its sign and its zero, and what was assumed."""
+    kind, ref = each.column.meaning.kind, each.column.ref
+    if each.channel != 'displacement':
+        unit, note = _unit(each, path)
+        return DraftColumn(each.channel, ref, unit), [note] if note else []
+    if kind == 'strain' and length is not None and each.column.meaning.raw:
+        unit, note, scale = 'm', f'{ref} is in {each.column.meaning.raw} of {1e3 * length:g} mm', length / 100.0
+    else:
+        (unit, note), scale = _unit(each, path), 1.0
+    notes = [note] if note else []
+    if kind in ('length', 'elongation'):
+        return DraftColumn(each.channel, ref, unit, -1, scale, from_first=kind == 'length'), notes
+    falls = way.falls(each)
+    if kind in ('distance', 'strain') and falls is None:
+        raise BadInput(
+            f'{path}: {ref}: a {kind} that grows or falls as the muscle contracts, and nothing in it tells which; '
+            "say sign: 1 or -1 in a map (--map, see docs/recording.md), or name it 'contraction'"
+        )
+    if falls:
+        notes.append(f'{ref} falls as the muscle warms; its sign is turned, so that contraction is positive')
+    away = abs(float(each.value[0])) > _AWAY * float(np.ptp(each.value))
+    if away and kind != 'distance':
+        notes.append(f'{ref} begins at {each.value[0]:g} {unit}, far from zero; taken from there')
+    return DraftColumn(each.channel, ref, unit, -1 if falls else 1, scale, away or kind == 'distance'), notes
 
 
 def _candidate(column: Column, columns: Sequence[Column], decimal: str) -> Candidate | None:
@@ -70,7 +156,8 @@ def _candidate(column: Column, columns: Sequence[Column], decimal: str) -> Candi
     if channel not in CHANNELS:
         return None
     numbers = [number(cell, decimal) for cell in column.cells]
-    value = np.array([each for each in numbers if each is not None])
+    rows = np.array([np.nan if each is None else each for each in numbers], dtype=np.float64)
+    value = rows[np.isfinite(rows)]
     if len(value) < max(_FEWEST * len(column.cells), 2):
         return None
     if column.meaning.commanded and channel in _COMMANDED:
@@ -78,7 +165,7 @@ def _candidate(column: Column, columns: Sequence[Column], decimal: str) -> Candi
     measured = any(other.meaning.kind == 'force' for other in columns)
     if channel == 'load' and not measured and np.ptp(value) > _STEADY * float(np.max(np.abs(value))):
         channel = 'force'  # what varies while the muscle works is measured, not hung on it
-    return Candidate(channel, column, value)
+    return Candidate(channel, column, rows)
 
 
 def _chosen(channel: str, found: list[Candidate], path: Path) -> Candidate:
@@ -141,24 +228,3 @@ def _clocks(columns: Sequence[Column], time: DraftTime | float, decimal: str) ->
         elif own is not None:
             found[column.index] = own
     return found
-
-
-def _turned(drafts: list[DraftColumn], found: list[Candidate]) -> tuple[list[DraftColumn], list[str]]:
-    """A displacement that falls as the muscle warms counts the other way."""
-    by_ref = {each.column.ref: each for each in found}
-    warm = next((by_ref[draft.ref] for draft in drafts if draft.channel == 'temperature'), None)
-    out, notes = [], []
-    for draft in drafts:
-        each = by_ref[draft.ref]
-        if draft.channel == 'displacement' and each.column.meaning.kind == 'displacement' and warm is not None:
-            a, b = each.value, warm.value
-            moves = len(a) == len(b) > 9 and np.ptp(a) > 0.0 and np.ptp(b) > 0.0
-            with np.errstate(all='ignore'):  # a file may hold inf
-                falls = moves and np.corrcoef(a, b)[0, 1] < -_SURE
-            if falls:
-                draft = DraftColumn(draft.channel, draft.ref, draft.unit, sign=-1, time=draft.time)
-                notes.append(
-                    f'{draft.ref} falls as the muscle warms; its sign is turned, so that contraction is positive'
-                )
-        out.append(draft)
-    return out, notes

@@ -1,5 +1,6 @@
 """The columns of a table with what their headings mean."""
 
+import re
 from collections import Counter
 from dataclasses import dataclass
 
@@ -8,6 +9,8 @@ from tcp_muscle_ros.recording.lab.grid import Layout, Row
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
 from tcp_muscle_ros.recording.lab.tables import Table
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
+
+_NUMBERED = re.compile(r'([^\W\d_]+)(\d+)')  # CH1, ROI2
 
 
 @dataclass(frozen=True)
@@ -38,9 +41,16 @@ def columns_of(table: Table, layout: Layout) -> list[Column]:
 
 
 def _more(table: Table, heading: str) -> str:
-    """What a table of channels above says of a column: 'CH1,糸温度,TEMP' of 'CH1'."""
+    """What stands above of a column: 'CH1,糸温度,TEMP' in a table of channels, or 'ROI 1 (coil)' in words."""
     rows = [row for row in table.preamble if heading and row.cells and row.cells[0] == heading]
-    return ' '.join(rows[-1].cells[1:3]) if rows else ''
+    if rows:
+        return ' '.join(rows[-1].cells[1:3])
+    numbered = _NUMBERED.match(heading)
+    if numbered is None:
+        return ''
+    named = re.compile(rf'\b{numbered[1]}[ _#]?{numbered[2]}\s*[(:=]\s*(\w[\w ]*)')
+    found = [match[1] for row in table.preamble if (match := named.search(' '.join(row.cells)))]
+    return found[-1] if found else ''
 
 
 def _unit_row(table: Table, k: int) -> str:

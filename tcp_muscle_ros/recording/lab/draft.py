@@ -38,6 +38,7 @@ class DraftColumn:
     ref: ColumnRef
     unit: str
     sign: int = 1
+    scale: float = 1.0
     from_first: bool = False
     time: DraftTime | None = None
     why: str = ''

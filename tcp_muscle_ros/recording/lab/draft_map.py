@@ -58,6 +58,8 @@ def _layout(layout: Layout) -> dict[str, object]:
         if getattr(layout, key) != getattr(usual, key):
             found[key] = getattr(layout, key)
     found |= {'headings': list(layout.headings or ()), 'first': layout.first, 'last': layout.last}
+    if layout.long:
+        found['long'] = dict(zip(('time', 'name', 'value'), layout.long, strict=True))
     if layout.missing:
         found['missing'] = list(layout.missing)
     return found
@@ -85,6 +87,8 @@ def _column(column: DraftColumn) -> dict[str, object]:
     found = {**_reference(column.ref), 'unit': column.unit}
     if column.sign < 0:
         found['sign'] = -1
+    if column.scale != 1.0:
+        found['scale'] = column.scale
     if column.from_first:
         found['offset'] = 'first'
     if column.time is not None:

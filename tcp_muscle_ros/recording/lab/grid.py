@@ -39,6 +39,7 @@ class Layout:
     sheet      of a spreadsheet, or the variable of a MATLAB file; '' for the first
     only       rows in which the column of that heading has that text
     missing    texts that stand where there is no number, as OL
+    long       of a table with one reading a row: the columns of the time, of what was read, and of its value
     """
 
     encoding: str = 'utf-8-sig'
@@ -50,6 +51,7 @@ class Layout:
     sheet: str = ''
     only: Mapping[str, str] = field(default_factory=dict)
     missing: tuple[str, ...] = ()
+    long: tuple[str, str, str] | None = None
 
 
 def joined_headings(rows: tuple[Row, ...], width: int) -> list[str]:

@@ -15,7 +15,7 @@ from tcp_muscle_ros.recording.lab.columns import Column, columns_of
 from tcp_muscle_ros.recording.lab.draft import DraftRun, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Layout
 from tcp_muscle_ros.recording.lab.reading import sheets_of
-from tcp_muscle_ros.recording.lab.tables import Table, find_tables
+from tcp_muscle_ros.recording.lab.tables import SHARE, Table, find_tables
 from tcp_muscle_ros.recording.lab.timing import time_of, times
 
 _HELP = 'say it in a map (--map, see docs/recording.md)'
@@ -36,13 +36,32 @@ class Part:
 def guess(path: Path) -> list[DraftRun]:
     """The runs of a lab file. BadInput: one line that says what cannot be told from it."""
     runs: list[DraftRun] = []
+    without: list[tuple[Table, BadInput]] = []
     for sheet in sheets_of(path):
         for table in find_tables(sheet.grid):
-            for part in _parts(table, sheet.layout, path):
-                runs += _runs(part, path)
+            found = _runs_of(table, sheet.layout, path)
+            if isinstance(found, BadInput):
+                without.append((table, found))
+            else:
+                runs += found
+    longest = max(((run.layout.last or 0) - (run.layout.first or 0) for run in runs), default=0)
+    for table, why in without:
+        if len(table.rows) >= SHARE * longest:
+            raise why
+    if without:
+        sheets = ', '.join(dict.fromkeys(f"'{table.sheet}'" for table, _ in without))
+        runs[0] = replace(runs[0], notes=(*runs[0].notes, f'sheets that hold no run are left out: {sheets}'))
     if not runs:
         raise BadInput(f'{path}: no table of numbers in it; expected a row of headings and rows of numbers below it')
     return _named(runs, path)
+
+
+def _runs_of(table: Table, layout: Layout, path: Path) -> list[DraftRun] | BadInput:
+    """The runs in a table, or why there are none."""
+    try:
+        return [run for part in _parts(table, layout, path) for run in _runs(part, path)]
+    except BadInput as error:
+        return error
 
 
 def _parts(table: Table, layout: Layout, path: Path) -> Iterator[Part]:
@@ -131,7 +150,7 @@ def _stretches(part: Part, time: DraftTime, path: Path) -> list[tuple[int, int]]
 
 
 def _run(part: Part, time: DraftTime | float, path: Path) -> DraftRun:
-    columns, left_out, notes = channels_of(part.columns, time, part.layout.decimal, path)
+    columns, left_out, notes = channels_of(part.columns, time, part.layout.decimal, part.table.preamble, path)
     if not columns:
         raise BadInput(
             f'{path}: no column that a muscle has: none of {_list(part.columns)} is a current, power, voltage, '

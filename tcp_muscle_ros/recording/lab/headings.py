@@ -7,51 +7,18 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
+from tcp_muscle_ros.recording.lab.vocabulary import (
+    BEGINNINGS,
+    MODIFIERS,
+    ROLES,
+    SETTINGS,
+    SHARES,
+    SYMBOLS,
+    UNSCALED,
+    WHOLE,
+)
 from tcp_muscle_ros.recording.units import UNITS
 
-# A word that begins so says what is measured. Longer words come first where one begins as another does.
-_BEGINNINGS = {
-    'time': 'time zeit uhrzeit datum date prüfzeit temps tiempo tempo elapsed epoch timestamp stamp clock seconds '
-    'second millis micros 時間 時刻 经过 時分 时间 日付 経過 秒',
-    'temperature': 'temperat températ temp thermo tc 温度 糸温 coilt',
-    'ambient': 'ambient amb room raum luft air umgebung ambiance ambiente chamber 室温 環境 外気 环境',
-    'resistance': 'resist résist widerst 抵抗 电阻 電阻',
-    'current': 'current strom heizstrom intensit courant corrente corriente amper 電流 电流',
-    'voltage': 'voltage volt spannung tensione voltaje 電圧 电压 印加電',
-    'power': 'power leistung heizleistung puissance potenza potencia watt heater 電力 功率',
-    'elongation': 'extension elongation dehnung verlängerung allongement allungamento 伸び 伸長 伸长 Δl δl',
-    'length': 'length länge laenge longueur lunghezza longitud 長さ 全長 长度',
-    'displacement': 'disp stroke weg hub position pos déplac deplac spost desplaz laser encoder contraction '
-    'kontraktion verfahrweg standardweg travel 変位 位移 収縮',
-    'force': 'force kraft effort forza fuerza loadcell standardkraft 張力 拉力 力',
-    'load': 'load last weight gewicht mass masse charge carico carga hanging 荷重 负载 负荷 重り',
-}
-# A symbol that stands for itself; case counts.
-_SYMBOLS = {
-    'time': 't',
-    'temperature': 'T ϑ θ Theta theta',
-    'resistance': 'R',
-    'current': 'I i',
-    'voltage': 'U V u v',
-    'power': 'P p',
-    'displacement': 'x X s dx d',
-    'elongation': 'dL dl',
-    'length': 'L l',
-    'force': 'F f Fz Fx',
-}
-_WHOLE = frozenset(
-    ['tc', 'force', 'pos', 'hub', 'air', 'amb', 'last', 'masse', 'mass', 'weg', 'date', 'time', 'tempo', 'temps']
-)  # no beginnings
-_MODIFIERS = {
-    'commanded': 'set soll cmd command commanded target setpoint sollwert 設定 consigne',
-    'muscle': 'muscle muskel coil wire draht drahttemp specimen fibre fiber sample probe tcp tca muscolo fil yarn '
-    '糸 筋肉',
-}
-_ROLES = {
-    'index': 'index no nr number sample scan sequence 番号 point n lfd frame row id',
-    'run': 'run trial versuch test experiment series serie lauf repeat rep essai prova 試行',
-    'unit': 'unit units einheit 単位',
-}
 _QUANTITY = {
     'time': 'time',
     'temperature': 'temperature',
@@ -61,11 +28,15 @@ _QUANTITY = {
     'voltage': 'voltage',
     'power': 'power',
     'elongation': 'length',
+    'strain': 'length',
+    'distance': 'length',
     'length': 'length',
     'displacement': 'length',
     'force': 'force',
     'load': 'force',
 }
+_SENSED = ('temperature', 'ambient', 'displacement', 'distance', 'length', 'elongation', 'force', 'load', 'current')
+_ELECTRICAL = ('voltage', 'current')
 _SURE = 2
 _OF_QUANTITY = {'length': 'displacement'}
 _BRACKETS = re.compile(r'(.*?)[\[(<{]([^\])>}]*)[\])>}](.*)')
@@ -77,14 +48,18 @@ class Meaning:
     """What a column is.
 
     kind  a channel, ``time``, ``length`` (contraction is what it shrinks by), ``elongation`` (positive when longer),
-          ``index``, ``run``, ``unit``, ``fraction`` (of a second); '' where nobody could say
+          ``distance`` (to what moves: either way), ``strain`` (share of the length), ``index``, ``run``, ``unit``,
+          ``fraction`` (of a second); '' where nobody could say
     unit  a name of ``units.UNITS``, None where the heading has none
+    raw   where it is a signal that nobody has scaled, or a share: what stands in place of a unit; ``kind`` is what the
+          heading calls it
     """
 
     kind: str
     unit: str | None = None
     commanded: bool = False
     of_muscle: bool = False
+    raw: str = ''
 
 
 def plain(text: str) -> str:
@@ -99,26 +74,43 @@ def meaning(heading: str, more: str = '', unit_cell: str = '') -> Meaning:
     a row of units.
     """
     name, unit, sure = _split(plain(heading))
+    unscaled = '' if unit and sure else _unscaled(plain(heading), plain(unit_cell))
     if unit_named(unit_cell):
         unit, sure = unit_named(unit_cell), _SURE
     words = _words(f'{name} {plain(more)}')
+    if any(word.lower() in SETTINGS for word in words):
+        return Meaning('')
     alone = _kind(words, None)
     if unit and sure < _SURE and _QUANTITY.get(alone, UNITS[unit].quantity) != UNITS[unit].quantity:
         unit = None  # T_min is no time
+    commanded, of_muscle = _exactly(words, 'commanded'), _any(words, 'muscle', MODIFIERS)
     kind = _kind(words, unit)
+    if unscaled and alone in _QUANTITY:
+        strain = unscaled in SHARES and _QUANTITY[alone] == 'length'
+        return Meaning('strain' if strain else alone, None, commanded, of_muscle, unscaled)
     if unit and kind != 'fraction' and _QUANTITY.get(kind) != UNITS[unit].quantity:
+        if sure and kind in _SENSED and UNITS[unit].quantity in _ELECTRICAL:
+            return Meaning(kind, None, commanded, of_muscle, unit)  # what a sensor puts out
         kind, unit = (_by_unit(unit, words), unit) if sure else (kind, None)
-    if kind == 'temperature' and _any(words, 'ambient', _BEGINNINGS):
+    if kind == 'temperature' and _any(words, 'ambient', BEGINNINGS):
         kind = 'ambient'
-    return Meaning(kind, unit, _exactly(words, 'commanded'), _any(words, 'muscle', _MODIFIERS))
+    return Meaning(kind, unit, commanded, of_muscle)
+
+
+def _unscaled(heading: str, unit_cell: str) -> str:
+    """What stands in place of a unit, where that is none: counts, a share; '' else."""
+    found = _BRACKETS.fullmatch(heading)
+    tail = re.split(r'[\s_/]', heading)[-1]
+    for text in (unit_cell, found[2] if found else '', tail):
+        if text.strip('[(<{})>] ').lower() in UNSCALED:
+            return text.strip('[(<{})>] ')
+    return ''
 
 
 def known_words(text: str) -> int:
     """How often words that a lab writes, and that ASCII cannot, are in a text: the right encoding has the most."""
     found = unicodedata.normalize('NFKC', text).lower()
-    words = {
-        word for words in (*_BEGINNINGS.values(), *_MODIFIERS.values(), *_ROLES.values()) for word in words.split()
-    }
+    words = {word for words in (*BEGINNINGS.values(), *MODIFIERS.values(), *ROLES.values()) for word in words.split()}
     return sum(found.count(word) for word in ('°c', 'ω', 'μ', *words) if not word.isascii())
 
 
@@ -141,8 +133,16 @@ def _split(heading: str) -> tuple[str, str | None, int]:
 
 
 def _words(text: str) -> list[str]:
-    """Words of letters; a symbol keeps its case, a word its lower one is compared by."""
-    return re.findall(r'[^\W\d_]+', re.sub(r'(?<=[a-zä-ü])(?=[A-Z][a-z])', ' ', text))
+    """Words of letters; a symbol keeps its case, a word its lower one is compared by. 'Troom' is 'T room'."""
+    words = re.findall(r'[^\W\d_]+', re.sub(r'(?<=[a-zä-ü])(?=[A-Z][a-z])', ' ', text))
+    return [part for word in words for part in (('T', word[1:]) if _is_temperature_of(word) else (word,))]
+
+
+def _is_temperature_of(word: str) -> bool:
+    """Is it a T straight before what has that temperature?"""
+    rest = word[1:].lower()
+    known = (*BEGINNINGS['ambient'].split(), *MODIFIERS['muscle'].split())
+    return word[:1] == 'T' and len(rest) > 2 and any(_begins(rest, beginning) for beginning in known)
 
 
 def _kind(words: list[str], unit: str | None) -> str:
@@ -154,22 +154,22 @@ def _kind(words: list[str], unit: str | None) -> str:
     if any(word.lower().startswith('fraction') for word in words):
         return 'fraction'
     quantity = UNITS[unit].quantity if unit else None
-    begun = [kind for kind in _BEGINNINGS if _any(words, kind, _BEGINNINGS)]
+    begun = [kind for kind in BEGINNINGS if _any(words, kind, BEGINNINGS)]
     fitting = [kind for kind in begun if quantity in (None, _QUANTITY[kind])]
     if 'ambient' in begun and quantity is None and 'temperature' not in begun:
         return 'ambient'
     if fitting:
         return fitting[0]
-    role = next((role for role, known in _ROLES.items() if len(words) <= 2 and _exactly(words, role)), None)
+    role = next((role for role, known in ROLES.items() if len(words) <= 2 and _exactly(words, role)), None)
     if role and not unit:
         return role
-    symbols = [kind for kind, known in _SYMBOLS.items() if any(word in known.split() for word in words)]
+    symbols = [kind for kind, known in SYMBOLS.items() if any(word in known.split() for word in words)]
     return next((kind for kind in symbols if quantity in (None, _QUANTITY[kind])), begun[0] if begun else '')
 
 
 def _by_unit(unit: str, words: list[str]) -> str:
     quantity = UNITS[unit].quantity
-    return 'load' if quantity == 'force' and _any(words, 'load', _BEGINNINGS) else _OF_QUANTITY.get(quantity, quantity)
+    return 'load' if quantity == 'force' and _any(words, 'load', BEGINNINGS) else _OF_QUANTITY.get(quantity, quantity)
 
 
 def _follow(words: list[str], first: str, second: str) -> bool:
@@ -183,13 +183,13 @@ def _any(words: Iterable[str], kind: str, table: dict[str, str]) -> bool:
 
 
 def _begins(word: str, beginning: str) -> bool:
-    if not beginning.isascii() and not beginning[0].isascii() and len(beginning) <= 3:
-        return beginning in word  # Japanese and Chinese do not part their words
-    if beginning in _WHOLE:
+    if beginning[0] > '\u2e80' and len(beginning) <= 3:
+        return beginning in word  # Japanese, Chinese and Korean do not part their words
+    if beginning in WHOLE:
         return word == beginning
     return word.startswith(beginning)
 
 
 def _exactly(words: Iterable[str], kind: str) -> bool:
-    known = (_MODIFIERS.get(kind) or _ROLES[kind]).split()
+    known = (MODIFIERS.get(kind) or ROLES[kind]).split()
     return any(word.lower() in known for word in words)

@@ -8,6 +8,7 @@ from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.lab.binary_file import KINDS, read_sheets
 from tcp_muscle_ros.recording.lab.cells import number
 from tcp_muscle_ros.recording.lab.grid import Grid, Layout
+from tcp_muscle_ros.recording.lab.long_form import LongForm, long_form_of, wide
 from tcp_muscle_ros.recording.lab.text_file import encoding_of, read_grid, read_lines, separator_of
 
 
@@ -30,13 +31,22 @@ def sheets_of(path: Path) -> list[LabSheet]:
     encoding = encoding_of(raw, path)
     separator = separator_of(read_lines(path, encoding))
     grid = read_grid(path, encoding, separator)
-    return [LabSheet(grid, Layout(encoding, separator, _decimal(grid, separator)))]
+    layout = Layout(encoding, separator, _decimal(grid, separator))
+    form = long_form_of(grid)
+    if form is None:
+        return [LabSheet(grid, layout)]
+    return [LabSheet(wide(grid, form), replace(layout, long=(form.time, form.name, form.value)))]
 
 
 def grid_of(path: Path, layout: Layout) -> Grid:
     """The sheet that a layout means."""
     if path.suffix.lower() not in KINDS:
-        return read_grid(path, layout.encoding, layout.delimiter)
+        grid = read_grid(path, layout.encoding, layout.delimiter)
+        if layout.long is None:
+            return grid
+        if not any(set(layout.long) <= set(row.cells) for row in grid.rows):
+            raise BadInput(f'{path}: no row of headings with {", ".join(layout.long)}, as its map says (table: long)')
+        return wide(grid, LongForm(*layout.long))
     grids = read_sheets(path)
     if not layout.sheet and grids:
         return grids[0]

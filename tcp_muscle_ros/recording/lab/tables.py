@@ -9,7 +9,7 @@ from tcp_muscle_ros.recording.lab.grid import Grid, Row, joined_headings
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
 
 _LEAST = 3  # rows of numbers that make a table
-_SHARE = 0.2  # of the longest, that another table of the sheet has
+SHARE = 0.2  # of the longest, that another table of the sheet has
 _MOST_HEADINGS = 3  # rows
 _SAMPLE = 300  # rows, to tell what most rows are like
 
@@ -50,7 +50,7 @@ def find_tables(grid: Grid) -> list[Table]:
     found: list[Table] = []
     end = 0
     for first, last in blocks:
-        if last - first < _SHARE * longest:
+        if last - first < SHARE * longest:
             continue
         found.append(_table(grid, first, last, end, found[-1] if found else None))
         end = last
@@ -88,9 +88,11 @@ def _common(columns: list[frozenset[int]]) -> frozenset[int]:
 
 def _table(grid: Grid, first: int, last: int, end: int, before: Table | None) -> Table:
     rows = grid.rows[first:last]
-    width = max(len(row.cells) for row in rows)
+    if len(rows) > _LEAST and len(rows[-1].cells) < min(len(row.cells) for row in rows[:-1]):
+        rows = rows[:-1]  # torn, as where a logger was reset
     filled = frozenset(k for row in rows for k, cell in enumerate(row.cells) if cell)
     above = _headings(grid.rows[end:first], filled)
+    width = max(len(row.cells) for row in (*rows, *above))
     if not above and before is not None and before.width == width:
         kept = (before.headings, before.units, before.above, before.titles, before.preamble)
         return Table(grid.sheet, rows, *kept)

@@ -17,10 +17,11 @@ from tcp_muscle_ros.recording.lab.headings import known_words
 SPACES, PAIRS, JSON = 'spaces', 'pairs', 'json'
 _SEPARATORS = ('\t', ';', ',', '|', SPACES)
 _BOMS = ((codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'), (codecs.BOM_UTF16_BE, 'utf-16'))
-_OLD_ENCODINGS = ('cp1252', 'cp932', 'gb18030', 'latin-1')
+_OLD_ENCODINGS = ('cp1252', 'cp932', 'gb18030', 'cp949', 'cp1251', 'cp1250', 'latin-1')
 _PAIR = re.compile(r'([^\W\d][^:=,;|\t]*?)\s*[:=]\s*([+-]?(?:\d[\d.]*|\.\d+)(?:[eE][+-]?\d+)?|nan)(?=[\s,;|]|$)')
 # The stamp that a serial monitor puts before each line.
 _MONITOR = re.compile(r'(\d{1,2}:\d{2}:\d{2}[.,]\d+)\s*->\s?')
+_WORD = re.compile(r'[^\s(\[]*[(\[][^)\]]*[)\]]\S*|\S+')  # '(DEG C)' is one
 _ENOUGH = 400  # lines, to tell the separator from
 
 
@@ -99,7 +100,9 @@ def _split(lines: list[str], separator: str) -> Iterator[Row]:
     monitored = sum(bool(_MONITOR.match(line)) for line in lines) > 0.5 * len(lines)
     if separator == SPACES:
         for k, line in enumerate(lines, 1):
-            yield Row(k, _monitored(line.lstrip('#% ').split(), line, monitored))
+            bare = line.lstrip('#% ')
+            words = _WORD.findall(bare) if '(' in bare or '[' in bare else bare.split()
+            yield Row(k, _monitored(words, line, monitored))
         return
     reader = csv.reader(io.StringIO('\n'.join(lines)), delimiter=separator, skipinitialspace=True)
     for cells in reader:

@@ -1,4 +1,4 @@
-"""Which column is the time, and what it counts; or how often was sampled, where only that is written."""
+"""How a column of times is written, and what it counts."""
 
 import re
 from collections.abc import Sequence
@@ -7,20 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tcp_muscle_ros.recording.lab.cells import clock, day, number, stamp, unit_in
-from tcp_muscle_ros.recording.lab.grid import Row
-from tcp_muscle_ros.recording.lab.headings import plain
-from tcp_muscle_ros.recording.lab.unit_names import unit_named
 from tcp_muscle_ros.recording.recording import Array
 from tcp_muscle_ros.recording.units import UNITS
 
 CLOCK, STAMP, DATE = 'clock', 'stamp', 'date'
-_RATE = re.compile(
-    r'(?:sampl\w*|abtast\w*|scan|data|logging)?[ _]*(?:rate|frequency|freq|frequenz)\W{0,4}([\d.,]+)\s*(k?hz|/s|sps)',
-    re.I,
-)
-_INTERVAL = re.compile(
-    r'(?:interval\w*|\w*intervall|\w*period\w*|間隔|delta[_ ]?[xt]|\bdt)\W{0,6}([\d.,]+)\s*([^\W\d]+)', re.I
-)
 _EPOCHS = ((1e8, 's'), (1e11, 'ms'), (1e14, 'us'), (1e17, 'ns'))  # a number of 2001 or later, in each unit
 _MOST = 200  # cells that are looked at
 
@@ -73,18 +63,3 @@ def order_of(cells: Sequence[str]) -> str:
     if any(len(pair) == 2 and int(pair[1]) > 12 for pair in parts) or re.search(r'[AaPp]\.?[Mm]', first):
         return 'mdy'
     return 'dmy' if '.' in first.split()[0] else 'mdy'
-
-
-def sampled_every(preamble: Sequence[Row]) -> float | None:
-    """The period (s) that is written above a table, as "Sample rate: 20 Hz" or "Intervall: 100 ms"."""
-    for row in preamble:
-        line = plain(' '.join(row.cells))
-        found = _INTERVAL.search(line)
-        if found:
-            unit, value = unit_named(found[2]), number(found[1]) or number(found[1], ',')
-            if unit and value and UNITS[unit].quantity == 'time':
-                return UNITS[unit].to_si(value)
-        found = _RATE.search(line)
-        if found and (value := number(found[1]) or number(found[1], ',')):
-            return 1.0 / (value * (1000.0 if found[2].lower() == 'khz' else 1.0))
-    return None

@@ -1,6 +1,7 @@
 """The time of a table's rows: which columns make it up."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -8,7 +9,8 @@ from tcp_muscle_ros.recording.lab.cells import DAY_S, clock, day, number, stamp
 from tcp_muscle_ros.recording.lab.columns import Column
 from tcp_muscle_ros.recording.lab.draft import ColumnRef, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Row
-from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, STAMP, Kind, kind_of, sampled_every
+from tcp_muscle_ros.recording.lab.preamble import sampled_every
+from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, STAMP, Kind, kind_of
 from tcp_muscle_ros.recording.recording import Array
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -21,7 +23,9 @@ def time_of(columns: Sequence[Column], preamble: Sequence[Row]) -> DraftTime | f
     A count of seconds comes before a stamp, for it is finer; a clock goes with its date and its fraction of a second.
     """
     kinds = {column.ref: _kind(column) for column in columns}
-    rising = [column for column in columns if (kind := kinds[column.ref]) and kind.unit in UNITS and _rises(column)]
+    dated = any(kind is not None and kind.unit in (STAMP, CLOCK) for kind in kinds.values())
+    counting = [column for column in columns if (kind := kinds[column.ref]) and kind.unit in UNITS]
+    rising = [column for column in counting if _rises(column) and not (dated and _begins_anew(column))]
     if rising:
         best = rising[0]
         kind = kinds[best.ref]
@@ -43,6 +47,13 @@ def _kind(column: Column) -> Kind | None:
     if kind is not None and kind.unit in UNITS and column.meaning.kind != 'time':
         return None
     return kind
+
+
+def _begins_anew(column: Column) -> bool:
+    """Is it a part of a second, that begins anew with each?"""
+    values = [each for each in map(number, column.cells) if each is not None]
+    anew = sum(after < before for before, after in pairwise(values))
+    return anew > 1 and all(0.0 <= value < 1000.0 for value in values)
 
 
 def _rises(column: Column) -> bool:

@@ -6,13 +6,13 @@ from types import MappingProxyType
 
 # As they are written once NFKC, spaces and points are taken away; case counts, for mW is no MW.
 _WRITTEN = {
-    's': 's sec secs second seconds sek sekunde sekunden seg segundos secondes secondi 秒 Sec Second Seconds',
+    's': 's 초 sec secs second seconds sek sekunde sekunden seg segundos secondes secondi 秒 Sec Second Seconds',
     'ms': 'ms msec millis milliseconds millisecond msek ミリ秒 毫秒 milliseg',
     'us': 'us µs μs usec micros microseconds',
     'ns': 'ns nsec nanoseconds nanosec',
     'min': 'min mins minute minutes minuten 分',
     'h': 'h hr hrs hour hours Std 時間h',
-    'A': 'A a amp amps ampere amperes Amp Amps',
+    'A': 'A a ADC Adc amp amps ampere amperes Amp Amps',
     'mA': 'mA ma milliamp milliamps mAmp',
     'uA': 'uA µA μA',
     'V': 'V v volt volts Volt Volts VDC Vdc',
@@ -48,4 +48,6 @@ def unit_named(text: str) -> str | None:
     if len(plain) > 1 and plain[0] in '[(<{' and plain[-1] in '])>}':
         plain = plain[1:-1]
     plain = plain.replace(' ', '').replace('.', '')
-    return WRITTEN.get(plain) or WRITTEN.get(plain[:1].lower() + plain[1:] if len(plain) > 3 else plain)
+    capitals = plain.lower() if len(plain) > 1 and plain.isupper() and plain != 'MOHM' else plain  # MA of a printer
+    lower = plain[:1].lower() + plain[1:] if len(plain) > 3 else plain
+    return WRITTEN.get(plain) or WRITTEN.get(lower) or WRITTEN.get(capitals)

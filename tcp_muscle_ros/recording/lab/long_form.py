@@ -1,0 +1,75 @@
+"""Tables with one reading a row, as databases and brokers write them: time, what was read, its value.
+
+They become tables with a column for each name, sorted by time.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from tcp_muscle_ros.recording.lab.cells import is_value, number, stamp
+from tcp_muscle_ros.recording.lab.grid import Grid, Row
+from tcp_muscle_ros.recording.lab.headings import meaning
+
+NAMES = frozenset(
+    ['_field', 'field', 'variable', 'channel', 'sensor', 'signal', 'topic', 'name', 'metric', 'quantity', 'kanal']
+)
+VALUES = frozenset(['_value', 'value', 'wert', 'valeur', 'valor', 'reading', 'messwert', 'val'])
+_ABOVE = 200  # rows, among which the headings are
+_MOST = 30  # names
+_FEWEST = 3  # readings of each
+
+
+@dataclass(frozen=True)
+class LongForm:
+    """The columns of a long table, by their headings."""
+
+    time: str
+    name: str
+    value: str
+
+
+def long_form_of(grid: Grid) -> LongForm | None:
+    """The columns, where a sheet is a long table whose names are of channels; None where it is not."""
+    for k, row in enumerate(grid.rows[:_ABOVE]):
+        lower = [cell.lower() for cell in row.cells]
+        name, value = (next((at for at, cell in enumerate(lower) if cell in known), None) for known in (NAMES, VALUES))
+        if name is None or value is None:
+            continue
+        below = [each for each in grid.rows[k + 1 :] if len(each.cells) == len(row.cells)]
+        counts = Counter(each.cells[name] for each in below if each.cells[name])
+        named = len(counts) > 1 and not any(map(is_value, counts)) and min(counts.values()) >= _FEWEST
+        times = [at for at, cell in enumerate(row.cells) if _varies(cell, (each.cells[at] for each in below))]
+        if named and len(counts) <= _MOST and times and sum(bool(meaning(text).kind) for text in counts) > 1:
+            return LongForm(row.cells[times[0]], row.cells[name], row.cells[value])
+    return None
+
+
+def _varies(heading: str, cells: Iterable[str]) -> bool:
+    """Is it a column of times, and not the same one in each row?"""
+    return meaning(heading).kind == 'time' and len(set(cells)) > 1
+
+
+def wide(grid: Grid, form: LongForm) -> Grid:
+    """A long table as one with a column for each name. Its headings are row 0, which the file does not have."""
+    heads = next(row for row in grid.rows if {form.time, form.name, form.value} <= set(row.cells))
+    at, name, value = (heads.cells.index(heading) for heading in (form.time, form.name, form.value))
+    below = [row for row in grid.rows if row.number > heads.number and len(row.cells) == len(heads.cells)]
+    names = list(dict.fromkeys(row.cells[name] for row in below))
+    found: dict[str, tuple[int, dict[str, str]]] = {}
+    for row in below:
+        found.setdefault(row.cells[at], (row.number, {}))[1][row.cells[name]] = row.cells[value]
+    rows = [
+        Row(k, (time, *(found[time][1].get(each, '') for each in names)))
+        for k, time in enumerate(_sorted(list(found)), heads.number + 1)
+    ]
+    return Grid((Row(0, (form.time, *names)), *rows), grid.sheet)
+
+
+def _sorted(times: Sequence[str]) -> list[str]:
+    """Times in their order, where they are numbers or stamps."""
+    for read in (number, lambda cell: stamp(cell, 'dmy')):
+        values = {cell: value for cell in times if (value := read(cell)) is not None}
+        if len(values) == len(times):
+            return sorted(times, key=values.__getitem__)
+    return list(times)
