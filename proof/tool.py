@@ -13,8 +13,9 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
 from tcp_muscle_ros.diagnosis.answer.replaying import ReplayedErrors, own_of
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
-from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, aged, calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, ages, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, base_unknowns
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
@@ -133,9 +134,9 @@ def replay(experiment: Experiment, muscle: Parameters, before: Sequence[Experime
     Fitted is only what the recording brings of its own: the room, the temperature at the start, the zero of
     displacement and force. They are no property of a muscle.
     """
-    experiment = aged([*before, experiment], [e.outputs(muscle) for e in before])[-1]
+    cycles, used = ages([*before, experiment], [e.outputs(muscle) for e in before])[-1]
     own = tuple(u for u in base_unknowns([experiment], muscle) if u.recording is not None)
-    problem = Problem((experiment,), muscle, own, quick_noise([experiment]))
+    problem = Problem((experiment,), muscle, own, quick_noise([experiment]), (Latent(cycles, used),))
     return replayed(fit(problem, rounds=ROUNDS, tolerance=1e-5), 0)
 
 

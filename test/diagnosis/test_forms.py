@@ -7,7 +7,7 @@ from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
-from tcp_muscle_ros.diagnosis.noise.discrepancy import expected, whitening_of
+from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance, expected, whitening_of
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.search.candidates import screen
@@ -20,14 +20,14 @@ def test_an_allowed_error_weighs_what_its_covariance_says(phi):
     rng = np.random.default_rng(5)
     time, noise = np.arange(120) * 0.2, Noise(0.3, phi)
     columns = np.column_stack([np.sin(time), np.linspace(0.0, 2.0, 120), rng.standard_normal(120)])
-    observed = Observed(time, np.zeros(120), np.ones(120), discrepancy=columns)
+    observed, allowed = Observed(time, np.zeros(120), np.ones(120)), Allowance(columns[:, :1], columns[:, 1:])
     left = columns @ np.array([0.5, -1.0, 2.0]) + 0.3 * rng.standard_normal(120)
     of_noise = noise.sigma**2 * phi ** np.abs(np.subtract.outer(np.arange(120), np.arange(120)))
     together = of_noise + columns @ columns.T
-    white = whitening_of(observed, noise)(left)
+    white = whitening_of(observed, allowed, noise)(left)
     assert white @ white == pytest.approx(left @ np.linalg.solve(together, left), rel=1e-9)
     most_likely = columns @ columns.T @ np.linalg.solve(together, left)
-    np.testing.assert_allclose(expected(observed, noise, left), most_likely, atol=1e-9)
+    np.testing.assert_allclose(expected(observed, allowed, noise, left), most_likely, atol=1e-9)
 
 
 def test_forms_are_allowed_for_and_taken_back():
@@ -38,15 +38,16 @@ def test_forms_are_allowed_for_and_taken_back():
     (found,) = rivals_for(fitted, screen(fitted, ['natural_convection'])[0], None)
     plain = settle_noise(found.fit)[0]
     allowed = allowing_forms(plain, ['natural_convection'])
-    for mine in allowed.problem.experiments:
-        for observed in mine.observed.values():
+    for mine, latent in zip(allowed.problem.experiments, allowed.problem.latents, strict=True):
+        for name, observed in mine.observed.items():
             # A quarter of what the effect shows beside what the parameters mimic, at every instant.
-            assert observed.discrepancy is not None
-            assert 0.0 < np.max(np.abs(observed.discrepancy)) < 4.0 * plain.problem.policy.form * np.ptp(observed.value)
+            forms = latent.allowance(name).forms
+            assert forms is not None
+            assert 0.0 < np.max(np.abs(forms)) < 4.0 * plain.problem.policy.form * np.ptp(observed.value)
     # The form is the muscle's own here: hardly anything is taken for an error of it.
     for left, weighed in zip(allowed.left, allowed.weighed, strict=True):
         for name, mine in left.items():
             assert np.std(mine - weighed[name]) < 0.5 * allowed.problem.noise[name].sigma
     back = allowing_forms(allowed, ())
-    assert all(o.discrepancy is None for e in back.problem.experiments for o in e.observed.values())
+    assert all(a.forms is None for latent in back.problem.latents for a in latent.allowances.values())
     assert back.objective == pytest.approx(plain.objective, rel=1e-4)

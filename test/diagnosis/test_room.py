@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.draught import with_course, without_course
 from tcp_muscle_ros.diagnosis.fitting.generic import hats
 from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read, knots_of, responses
-from tcp_muscle_ros.diagnosis.observation.experiment import Draught
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught, Latent
 from tcp_muscle_ros.muscle import simulate
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -37,8 +37,8 @@ def test_the_responses_to_a_warmer_room_are_those_of_the_model(fitted):
     knots = knots_of(experiment_, 4.0, 400)
     shown = responses(fitted, 0, knots)
     course = 0.3 * np.sin(knots / 20.0)
-    moved = replace(experiment_, draught=Draught(knots, hats(TIME, knots) @ course))
-    expected = replace(fitted.problem, experiments=(moved,)).predict(values, 0)
+    blown = Latent(draught=Draught(knots, hats(TIME, knots) @ course))
+    expected = fitted.problem.with_latents([blown]).predict(values, 0)
     for name in CHANNELS:
         change = expected[name] - fitted.predictions[0][name]
         np.testing.assert_allclose(shown[name] @ course, change, atol=0.02 * np.max(np.abs(change)))

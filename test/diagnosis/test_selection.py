@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.fitting.calibration import aged, calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.calibration import ages, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, structures
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
@@ -267,11 +267,11 @@ def test_what_a_swing_leaves_does_not_drown_the_rest():
     swung = replace(run, observed={**run.observed, 'displacement': replace(o, value=wild, swinging=swinging)})
     before = calibrate([swung], NOMINAL).fit
     after = calmed(before, before)
-    weight = after.problem.experiments[0].observed['displacement'].weight
+    weight = after.problem.weight('displacement', 0)
     assert np.all(weight[~swinging] == 1.0)
     assert 1 / 60 < weight[swinging].max() < 1 / 20
     assert after.mean_square['displacement'] < 0.02 * before.mean_square['displacement']
-    assert np.all(before.problem.experiments[0].observed['temperature'].weight == 1.0)
+    assert np.all(before.problem.weight('temperature', 0) == 1.0)
     for noise in (quick_noise([swung]), quick_noise([run])):  # half of all bends may be the swing's
         assert 4e-5 < noise['displacement'].sigma < 6e-5
     still = before.left[0]['displacement'][~swinging]
@@ -285,7 +285,7 @@ def test_fatigue_goes_on_from_one_recording_to_the_next():
         muscle = TRUE.replace({'fatigue.c': 0.03, 'fatigue.n0': 2.6 * k}).with_effects('fatigue')
         runs.append(experiment(CHANNELS, current, 0.588, k, muscle=muscle))
     fitted = in_turn(settle_noise(calibrate(runs, NOMINAL).fit)[0])
-    cycles = [e.cycles for e in fitted.problem.experiments]
+    cycles = [latent.cycles for latent in fitted.problem.latents]
     assert cycles[0] == 0.0
     assert 2.0 < cycles[1] < 4.0
     assert cycles[2] == pytest.approx(2.0 * cycles[1], rel=0.05)
@@ -295,9 +295,9 @@ def test_fatigue_goes_on_from_one_recording_to_the_next():
     assert best.effect == 'fatigue'
     assert best.fit.muscle['fatigue.c'] == pytest.approx(0.03, rel=0.25)
     assert conditions(fitted.problem)
-    after = aged((*fitted.problem.experiments, runs[0]), fitted.outputs)[-1]
-    assert after.cycles == pytest.approx(cycles[2] + cycles[1], rel=0.25)  # the third is less hot
-    assert after.used == pytest.approx(3.0 * runs[0].duration)
+    cycles_after, used_after = ages((*fitted.problem.experiments, runs[0]), fitted.outputs)[-1]
+    assert cycles_after == pytest.approx(cycles[2] + cycles[1], rel=0.25)  # the third is less hot
+    assert used_after == pytest.approx(3.0 * runs[0].duration)
 
 
 @pytest.mark.parametrize(('wear', 'counts'), [(0.0027, True), (0.0012, False)])

@@ -49,10 +49,10 @@ def test_slips_are_found_with_their_instants_and_sizes_and_nothing_else_is_moved
     instants, _ = calm(calibrated)
     put = [(instants[0], -0.4e-3), (instants[2], -0.3e-3), (instants[3], -0.6e-3)]
     found = slipped(stepped(calibrated, put))
-    slips = sorted(found.problem.experiments[0].slips, key=lambda s: s.time)
+    slips = sorted(found.problem.latents[0].slips, key=lambda s: s.time)
     assert [s.time for s in slips] == pytest.approx([at for at, _ in put], abs=0.5)
     assert [s.size for s in slips] == pytest.approx([-size for _, size in put], abs=0.05e-3)
-    assert found.problem.experiments[1].slips == ()
+    assert found.problem.latents[1].slips == ()
     before, after = calibrated.mean_square['displacement'], found.mean_square['displacement']
     assert after == pytest.approx(before, rel=0.1)
     for k, unknown in enumerate(found.problem.unknowns):
@@ -76,14 +76,14 @@ def test_one_knock_and_a_sensor_that_jumps_both_ways_are_no_slips_but_leaps_with
     instants, _ = calm(calibrated)
     changed = stepped(calibrated, list(zip(instants, sizes, strict=False)))
     assert slipped(changed) is None
-    found = leapt(changed).problem.experiments[0].slips
+    found = leapt(changed).problem.latents[0].slips
     assert sorted(-slip.size for slip in found) == pytest.approx(sorted(sizes), abs=0.05e-3)
 
 
 def test_a_wire_that_cracks_leaps_in_its_resistance(calibrated):
     _, steps = calm(calibrated)
     found = leapt(stepped(calibrated, [(float(steps[2]) + 12.0, 0.5)], 'resistance'))
-    assert {slip.channel for e in found.problem.experiments for slip in e.slips} == {'resistance'}
+    assert {slip.channel for slip in found.problem.slips} == {'resistance'}
 
 
 def test_what_comes_back_every_time_neither_slips_nor_leaps(calibrated):

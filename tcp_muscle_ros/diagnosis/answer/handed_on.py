@@ -1,12 +1,11 @@
 """What a selection hands on for use: the muscle as it is now, how old it was before, and what its instruments do."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting import slips
-from tcp_muscle_ros.diagnosis.fitting.calibration import aged
+from tcp_muscle_ros.diagnosis.fitting.calibration import ages
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.observation.late import taken_out
@@ -39,8 +38,8 @@ def now(fitted: Fit) -> Parameters:
     problem = fitted.problem
     if not problem.ages:
         return fitted.muscle
-    after = aged((*problem.experiments, problem.experiments[0]), fitted.outputs)[-1]
-    return fitted.muscle.replace(_age(replace(problem, experiments=(after,)), 0))
+    cycles, used = ages((*problem.experiments, problem.experiments[0]), fitted.outputs)[-1]
+    return fitted.muscle.replace(_age(problem.with_latent(Latent(cycles, used), 0), 0))
 
 
 def ages_of(problem: Problem) -> tuple[Age, ...]:

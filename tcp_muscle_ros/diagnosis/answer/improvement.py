@@ -63,8 +63,8 @@ def noises(selection: Selection) -> dict[str, float]:
 def nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:
     """What the nominal muscle shows, each recording at rest at its stated ambient, zeros of the rig taken out."""
     found = []
-    for experiment in fitted.problem.experiments:
-        predicted = slips.none_in(experiment).predict(nominal)
+    for experiment, latent in zip(fitted.problem.experiments, fitted.problem.latents, strict=True):
+        predicted = experiment.predict(nominal, ambient=latent.room(experiment.imposed.ambient))
         for name in FLOATING_ZERO:
             if name in predicted:
                 predicted[name] = predicted[name] + np.mean(experiment.observed[name].value - predicted[name])
@@ -80,7 +80,7 @@ def own_improvement(selection: Selection, effect: str) -> dict[str, Change]:
     final = selection.final
     sudden = effect == SLIPS and effect not in final.problem.parameters.effects
     without = slips.taken_out(final) if sudden else _without(selection, effect)
-    changed = {slip.channel for e in final.problem.experiments for slip in e.slips} if sudden else None
+    changed = {slip.channel for slip in final.problem.slips} if sudden else None
     before = of_samples(final, held_out(without, selection.kept_back).rmse())
     after = of_samples(final, selection.after.rmse())
     channels = (changed_by(final, effect) if changed is None else changed) or set(after)

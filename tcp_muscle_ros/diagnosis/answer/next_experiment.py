@@ -216,7 +216,7 @@ class Under:
         """The problem of the experiment, under the recorded noise."""
         problem = self.fitted.problem
         unknowns = tuple(problem.unknowns[k] for k in (*self.shared, *self._own))
-        return replace(problem, experiments=(self.experiment,), unknowns=unknowns, noise=self.noise)
+        return replace(problem, experiments=(self.experiment,), latents=(), unknowns=unknowns, noise=self.noise)
 
     @cached_property
     def noise(self) -> dict[str, Noise]:

@@ -9,10 +9,11 @@ from tcp_muscle_ros.diagnosis.search.shared import shared_misfit, wandering
 def on_slips(selection: Selection) -> tuple[str, ...]:
     """Which slips were found, the effect having their mean only; or which leaps, that have no name."""
     each = []
-    for e in selection.final.problem.experiments:
+    problem = selection.final.problem
+    for e, latent in zip(problem.experiments, problem.latents, strict=True):
         said = [
             f'{slip.time - e.imposed.time[0]:.1f} s ({amount(slip.channel, abs(slip.size))})'
-            for slip in sorted(e.slips, key=lambda slip: slip.time)
+            for slip in sorted(latent.slips, key=lambda slip: slip.time)
         ]
         each += [f'{e.name} at {", ".join(said)}'] if said else []
     if not each:

@@ -5,7 +5,7 @@ fibre at the start, and the zero of its displacement or force. ``own_of`` fits t
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -78,15 +78,12 @@ class Own:
 
     def run(self, experiment: Experiment, muscle: Parameters) -> dict[str, Array]:
         """What the muscle shows in the recording (SI), shapes as observed."""
-        shown = self.at_home(experiment).predict(muscle, self.start)
+        shown = experiment.predict(muscle, self.start, self.room(experiment))
         return {name: values + self.zeros.get(name, 0.0) for name, values in shown.items()}
 
-    def at_home(self, experiment: Experiment) -> Experiment:
-        """The recording in its own room."""
-        if self.ambient is None:
-            return experiment
-        room = np.full(experiment.imposed.time.size, self.ambient)
-        return replace(experiment, imposed=replace(experiment.imposed, ambient=room))
+    def room(self, experiment: Experiment) -> Array | None:
+        """The ambient (K) of the recording, shape as its inputs; None: as it was recorded."""
+        return None if self.ambient is None else np.full(experiment.imposed.time.size, self.ambient)
 
 
 def as_given(experiment: Experiment, muscle: Parameters) -> Own:
@@ -138,9 +135,9 @@ class ReplayedErrors:
 
     def add(self, experiment: Experiment, muscle: Parameters, own: Own) -> None:
         """Replay one more recording with the muscle as it was then."""
-        at_home = own.at_home(experiment)
+        room = own.room(experiment)
         for name, observed in experiment.observed.items():  # one at a time: they may be long
-            outputs = at_home.outputs(muscle, own.start, only=(name,))
+            outputs = experiment.outputs(muscle, own.start, only=(name,), ambient=room)
             error = np.interp(observed.time, outputs.time, getattr(outputs, name))
             del outputs
             error += own.zeros.get(name, 0.0)

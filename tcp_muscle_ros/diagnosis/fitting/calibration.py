@@ -98,17 +98,19 @@ def calibrate(
 
 
 def in_turn(fitted: Fit) -> Fit:
-    """The same fit of recordings that know how many cycles the muscle went through in those before them, how long."""
-    experiments = tuple(aged(fitted.problem.experiments, fitted.outputs))
-    return replace(fitted, problem=replace(fitted.problem, experiments=experiments))
+    """The same fit of recordings before which the muscle went through those before them: how many cycles, how long."""
+    problem, latents = fitted.problem, []
+    for latent, (cycles, used) in zip(problem.latents, ages(problem.experiments, fitted.outputs), strict=True):
+        latents.append(replace(latent, cycles=cycles, used=used))
+    return replace(fitted, problem=problem.with_latents(latents))
 
 
-def aged(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> list[Experiment]:
-    """The recordings of one muscle, one after the other, each knowing how many cycles it went through before, how long;
+def ages(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> list[tuple[float, float]]:
+    """How many cycles one muscle went through before each of its recordings, one after the other, and how long (s);
     ``outputs`` of each of them, or of all but the last."""
     found, cycles, used = [], 0.0, 0.0
     for experiment, shown in zip_longest(experiments, outputs):
-        found.append(replace(experiment, cycles=cycles, used=used))
+        found.append((cycles, used))
         used += experiment.duration
         cycles += float(np.sum(np.abs(np.diff(shown.fibre_temperature)))) / (2.0 * SWING) if shown else 0.0
     return found

@@ -14,10 +14,11 @@ from tcp_muscle_ros.diagnosis.fitting.generic import hats
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import knots_of, responses, thermal_lag
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
 from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT
-from tcp_muscle_ros.diagnosis.observation.experiment import Draught, Experiment
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
 
 _APART, _MOST = 0.125, 400  # thermal time constants between the knots of a course; and how many at most
@@ -30,7 +31,7 @@ _COLD = 0.5  # K over the room, below which no draught shows
 
 def with_course(fitted: Fit) -> Fit:
     """The same fit with the course of the draught in every recording."""
-    if all(e.draught is not None for e in fitted.problem.experiments):
+    if all(latent.draught is not None for latent in fitted.problem.latents):
         return fitted
     gust = tuple(float(z) for z, u in zip(fitted.z, fitted.problem.unknowns, strict=True) if _is_gust(u.name))
     still = [_still(e, _APART * thermal_lag(fitted), gust) for e in fitted.problem.experiments]
@@ -45,7 +46,7 @@ def with_course(fitted: Fit) -> Fit:
 def without_course(fitted: Fit) -> Fit:
     """The same fit without: the gust is what it was before its course was inferred."""
     problem = fitted.problem
-    remembered = next((e.draught.gust for e in problem.experiments if e.draught is not None), None)
+    remembered = next((latent.draught.gust for latent in problem.latents if latent.draught is not None), None)
     if remembered is None:
         return fitted
     z = fitted.z.copy()
@@ -60,8 +61,8 @@ def _is_gust(name: str) -> bool:
 
 
 def _blown(fitted: Fit, courses: Sequence[Draught | None]) -> Fit:
-    experiments = tuple(replace(e, draught=d) for e, d in zip(fitted.problem.experiments, courses, strict=True))
-    return refitted(fitted, replace(fitted.problem, experiments=experiments))
+    latents = [replace(latent, draught=d) for latent, d in zip(fitted.problem.latents, courses, strict=True)]
+    return refitted(fitted, fitted.problem.with_latents(latents))
 
 
 def _still(experiment: Experiment, apart: float, gust: tuple[float, ...]) -> Draught:
@@ -77,8 +78,7 @@ def _excess(fitted: Fit, k: int) -> Array:
 
 def _step(fitted: Fit, k: int, warmer: Shown) -> Draught:
     """The most likely course, in linear approximation."""
-    experiment = fitted.problem.experiments[k]
-    draught = experiment.draught
+    experiment, draught = fitted.problem.experiments[k], fitted.problem.latents[k].draught
     assert draught is not None
     time, knots = experiment.imposed.time, draught.knots
     excess = np.maximum(np.interp(knots, time, _excess(fitted, k)), _COLD)

@@ -15,7 +15,6 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
 from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO, Problem, Shown, without_effect
 from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, SWINGS
-from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -26,7 +25,7 @@ _NOTHING = 0.05  # of the noise
 
 def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
     """The same fit with what the forms of these effects may miss allowed for, and of no others."""
-    had = any(o.discrepancy is not None for e in fitted.problem.experiments for o in e.observed.values())
+    had = any(a.forms is not None for latent in fitted.problem.latents for a in latent.allowances.values())
     if COURSE in effects:
         fitted = draught.with_course(refitted(fitted, _with(fitted.problem)) if had else fitted)
     else:
@@ -48,7 +47,8 @@ def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
 def _unsure(problem: Problem) -> list[Shown]:
     """What stays unknown of a draught's course, by recording and channel."""
     return [
-        {} if e.draught is None else {name: e.draught.unsure[name] for name in e.observed} for e in problem.experiments
+        {} if latent.draught is None else {name: latent.draught.unsure[name] for name in e.observed}
+        for e, latent in zip(problem.experiments, problem.latents, strict=True)
     ]
 
 
@@ -109,14 +109,9 @@ def _signature(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
 
 def _with(problem: Problem, ways: Sequence[Shown] = ()) -> Problem:
     """The problem with errors of the model allowed in these ways, by recording and channel, and in no others."""
-
-    def allowing(observed: Observed, discrepancy: Array | None) -> Observed:
-        if discrepancy is None and observed.discrepancy is None:
-            return observed
-        return replace(observed, discrepancy=discrepancy)
-
-    experiments = tuple(
-        replace(e, observed={name: allowing(o, mine.get(name)) for name, o in e.observed.items()})
-        for e, mine in zip(problem.experiments, ways or [{}] * len(problem.experiments), strict=True)
-    )
-    return replace(problem, experiments=experiments)
+    latents = []
+    for latent, mine in zip(problem.latents, ways or [{}] * len(problem.latents), strict=True):
+        names = dict.fromkeys((*latent.allowances, *mine))
+        allowed = {name: replace(latent.allowance(name), forms=mine.get(name)) for name in names}
+        latents.append(replace(latent, allowances=allowed))
+    return problem.with_latents(latents)

@@ -97,9 +97,9 @@ class Fit:
         """What is left (SI) of each recording by channel beside the allowed errors of the model, times what each value
         weighs."""
         found = []
-        for k, (experiment, mine) in enumerate(zip(self.problem.experiments, self.left, strict=True)):
+        for k, mine in enumerate(self.left):
             allowed = self.problem.expected_discrepancy(mine, k)
-            found.append({n: (left - allowed[n]) * experiment.observed[n].weight for n, left in mine.items()})
+            found.append({n: (left - allowed[n]) * self.problem.weight(n, k) for n, left in mine.items()})
         return found
 
     @property

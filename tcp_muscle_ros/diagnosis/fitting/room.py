@@ -7,8 +7,9 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
-from tcp_muscle_ros.diagnosis.observation.experiment import Draught, Experiment
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
 
 _ECHO = 6.0  # thermal time constants, after which nothing is left of a change
@@ -35,7 +36,8 @@ def responses(fitted: Fit, k: int, knots: Array) -> Shown:
     """
     problem, experiment = fitted.problem, fitted.problem.experiments[k]
     base, values = fitted.predictions[k], fitted.values
-    draught = experiment.draught or Draught(knots, np.zeros(experiment.imposed.time.size))
+    latent = problem.latents[k]
+    draught = latent.draught or Draught(knots, np.zeros(experiment.imposed.time.size))
     apart = knots[1] - knots[0]
     every = int(np.ceil(_ECHO * thermal_lag(fitted) / apart)) + 2
     turn = np.arange(knots.size) % every
@@ -44,8 +46,7 @@ def responses(fitted: Fit, k: int, knots: Array) -> Shown:
         warmer = replace(
             draught, warmer=draught.warmer + _STEP * np.interp(experiment.imposed.time, knots, turn == first)
         )
-        experiments = (*problem.experiments[:k], replace(experiment, draught=warmer), *problem.experiments[k + 1 :])
-        return replace(problem, experiments=experiments).predict(values, k)
+        return problem.with_latent(replace(latent, draught=warmer), k).predict(values, k)
 
     with ThreadPoolExecutor(_WORKERS) as pool:
         moved = list(pool.map(columns, range(min(every, knots.size))))
@@ -64,8 +65,8 @@ def as_well_as_read(fitted: Fit) -> Fit:
 
     A stroke of a millimetre a kelvin shows a hundredth of a kelvin, and physics would be found to explain it.
     """
-    experiments = []
-    for k, experiment in enumerate(fitted.problem.experiments):
+    problem, latents = fitted.problem, []
+    for k, (experiment, latent) in enumerate(zip(problem.experiments, problem.latents, strict=True)):
         ways = {
             name: [_INSTANT * np.gradient(fitted.predictions[k][name], o.time)[:, None]]
             for name, o in experiment.observed.items()
@@ -75,6 +76,6 @@ def as_well_as_read(fitted: Fit) -> Fit:
             warmer = responses(fitted, k, knots_of(experiment, _APART, _MOST))
             for name, columns in ways.items():
                 columns.append(experiment.imposed.unsure * warmer[name])
-        seen = {name: replace(experiment.observed[name], unsure=np.hstack(columns)) for name, columns in ways.items()}
-        experiments.append(replace(experiment, observed={**experiment.observed, **seen}))
-    return refitted(fitted, replace(fitted.problem, experiments=tuple(experiments)))
+        allowed = {name: replace(latent.allowance(name), readings=np.hstack(mine)) for name, mine in ways.items()}
+        latents.append(replace(latent, allowances={**latent.allowances, **allowed}))
+    return refitted(fitted, problem.with_latents(latents))

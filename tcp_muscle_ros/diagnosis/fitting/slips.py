@@ -13,8 +13,9 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Slip
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS, STICKS, SWINGS
-from tcp_muscle_ros.diagnosis.observation.experiment import Experiment, Slip
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.muscle import EFFECTS, Parameters, length
 from tcp_muscle_ros.muscle.arrays import Array
@@ -39,7 +40,7 @@ _ROUNDS = 3
 
 def slipping(fitted: Fit) -> bool:
     """Whether a fit has sudden slips."""
-    return any(e.slips for e in fitted.problem.experiments)
+    return bool(fitted.problem.slips)
 
 
 def slipped(fitted: Fit) -> Fit | None:
@@ -100,7 +101,7 @@ def _several(fitted: Fit, found: Sequence[Sequence[Slip]]) -> bool:
 
 def _less(before: Fit, after: Fit, share: float) -> bool:
     """Whether slips leave less than a share of what was left (squared) of any channel that shows them."""
-    showing = {slip.channel for e in after.problem.experiments for slip in e.slips}
+    showing = {slip.channel for slip in after.problem.slips}
     return any(after.mean_square[name] < share * before.mean_square[name] for name in showing)
 
 
@@ -108,16 +109,17 @@ def _found(
     fitted: Fit, clear: float, apart: float, reaches: Sequence[float], channels: Collection[str] = STROKE
 ) -> list[list[Slip]]:
     """The sudden steps in what a fit leaves of these channels, clear of the inputs' own, by recording."""
-    swings = SWINGS in fitted.problem.parameters.effects
-    return [
-        _steps(experiment, {name: left[name] for name in left if name in channels}, clear, apart, reaches, swings)
-        for experiment, left in zip(fitted.problem.experiments, fitted.left, strict=True)
-    ]
+    problem, swings = fitted.problem, SWINGS in fitted.problem.parameters.effects
+    found = []
+    for experiment, latent, mine in zip(problem.experiments, problem.latents, fitted.left, strict=True):
+        left = {name: mine[name] for name in mine if name in channels}
+        found.append(_steps(experiment, latent.slips, left, clear, apart, reaches, swings))
+    return found
 
 
 def added(fitted: Fit, found: Sequence[Sequence[Slip]]) -> Fit:
     """The fit with these slips and its own."""
-    return _with(fitted, [(*e.slips, *mine) for e, mine in zip(fitted.problem.experiments, found, strict=True)])
+    return _with(fitted, [(*latent.slips, *mine) for latent, mine in zip(fitted.problem.latents, found, strict=True)])
 
 
 def taken_out(fitted: Fit) -> Fit:
@@ -125,15 +127,10 @@ def taken_out(fitted: Fit) -> Fit:
     return settle_noise(_with(fitted, [()] * len(fitted.problem.experiments)), 1)[0]
 
 
-def none_in(experiment: Experiment) -> Experiment:
-    """The experiment without its slips."""
-    return replace(experiment, slips=())
-
-
 def mean_leakage(fitted: Fit) -> tuple[float, float] | None:
     """The rate (1/s) of the effect whose mean the slips of a fit are, from no contraction on; and its standard
     deviation. None without any, or where the effect's own flow was fitted."""
-    slips = [slip.size for e in fitted.problem.experiments for slip in e.slips if slip.channel == 'displacement']
+    slips = [slip.size for slip in fitted.problem.slips if slip.channel == 'displacement']
     if not slips or SLIPS in fitted.problem.parameters.effects:
         return None
     exposed = 0.0
@@ -151,10 +148,8 @@ def _contraction(muscle: Parameters, temperature: Array) -> Array:
 
 
 def _with(fitted: Fit, slips: Sequence[Sequence[Slip]]) -> Fit:
-    experiments = tuple(
-        replace(e, slips=tuple(mine)) for e, mine in zip(fitted.problem.experiments, slips, strict=True)
-    )
-    return refitted(fitted, replace(fitted.problem, experiments=experiments))
+    latents = [replace(latent, slips=tuple(mine)) for latent, mine in zip(fitted.problem.latents, slips, strict=True)]
+    return refitted(fitted, fitted.problem.with_latents(latents))
 
 
 def _sized(fitted: Fit) -> list[tuple[Slip, ...]]:
@@ -163,8 +158,8 @@ def _sized(fitted: Fit) -> list[tuple[Slip, ...]]:
     problem = fitted.problem
     scale = problem.spreads()
     columns, sizes, usual = [], [], []
-    for k, experiment in enumerate(problem.experiments):
-        for slip in experiment.slips:
+    for k, (experiment, latent) in enumerate(zip(problem.experiments, problem.latents, strict=True)):
+        for slip in latent.slips:
             shown = {name: np.zeros((o.time.size, 1)) for name, o in experiment.observed.items()}
             shown[slip.channel][:, 0] = -slip.after(experiment.observed[slip.channel].time)
             shown |= {name: np.zeros((1, 1)) for name in fitted.predictions[k] if name not in shown}
@@ -181,17 +176,23 @@ def _sized(fitted: Fit) -> list[tuple[Slip, ...]]:
     moved = -np.linalg.lstsq(np.vstack([matrix, priors]), left, rcond=None)[0][scale.size :]
     before = np.array(sizes)
     better = iter(np.where(before * (before + moved) > 0.0, before + moved, 0.0))  # none turns round
-    return [tuple(replace(slip, size=float(next(better))) for slip in e.slips) for e in problem.experiments]
+    return [tuple(replace(slip, size=float(next(better))) for slip in latent.slips) for latent in problem.latents]
 
 
 def _steps(
-    experiment: Experiment, left: dict[str, Array], clear: float, apart: float, reaches: Sequence[float], swings: bool
+    experiment: Experiment,
+    slips: Sequence[Slip],
+    left: dict[str, Array],
+    clear: float,
+    apart: float,
+    reaches: Sequence[float],
+    swings: bool,
 ) -> list[Slip]:
     found: list[Slip] = []
     for name, rest in left.items():
         look = _Look(experiment, name, apart, swings)
         for reach in reaches:
-            known = [slip.time for slip in (*experiment.slips, *found) if slip.channel == name]
+            known = [slip.time for slip in (*slips, *found) if slip.channel == name]
             more = look.steps(rest, look.wide(reach), clear, known)
             rest = rest + sum((slip.size * slip.after(look.time) for slip in more), np.zeros(rest.size))
             found += more
@@ -201,10 +202,10 @@ def _steps(
 def _seen_again(fitted: Fit) -> Fit:
     """The fit with the sizes of its slips as they are seen beside each other."""
     seen = []
-    swings = SWINGS in fitted.problem.parameters.effects
-    for experiment, left in zip(fitted.problem.experiments, fitted.left, strict=True):
+    problem, swings = fitted.problem, SWINGS in fitted.problem.parameters.effects
+    for experiment, latent, left in zip(problem.experiments, problem.latents, fitted.left, strict=True):
         mine = []
-        for slip in experiment.slips:
+        for slip in latent.slips:
             look = _Look(experiment, slip.channel, _APART_BESIDE, swings)
             at, wide = int(np.searchsorted(look.time, slip.time)), look.wide(_REACH)
             weights = look.weights(at, wide)

@@ -115,12 +115,15 @@ def _columns(fitted: Fit, recording: int, switches: Array) -> Array:
     shown = fitted.predictions[recording]
     changes: list[Shown] = []
     for switch in switches:
-        imposed, draught = _earlier(experiment.imposed, switch, 1.0), experiment.draught
-        if draught is not None:
-            warmer = np.interp(imposed.time, experiment.imposed.time, draught.warmer)
-            draught = replace(draught, warmer=warmer)
-        alone = replace(experiment, imposed=imposed, draught=draught)
-        moved = replace(problem, experiments=(*problem.experiments[:recording], alone))
+        imposed, latent = _earlier(experiment.imposed, switch, 1.0), problem.latents[recording]
+        if latent.draught is not None:
+            warmer = np.interp(imposed.time, experiment.imposed.time, latent.draught.warmer)
+            latent = replace(latent, draught=replace(latent.draught, warmer=warmer))
+        moved = replace(
+            problem,
+            experiments=(*problem.experiments[:recording], replace(experiment, imposed=imposed)),
+            latents=(*problem.latents[:recording], latent),
+        )
         predicted = moved.predict(fitted.values, recording)
         changes.append({name: predicted[name] - mine for name, mine in shown.items()})
     if not changes:

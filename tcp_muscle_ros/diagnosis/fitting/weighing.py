@@ -58,15 +58,16 @@ def calmed(fitted: Fit, swings: Fit) -> Fit:
 
     No form of a swing keeps its phase to within the noise; what is left of it would drown all that is slow.
     """
-    experiments = []
-    for experiment, left in zip(fitted.problem.experiments, swings.left, strict=True):
-        observed = dict(experiment.observed)
-        for name, o in observed.items():
+    problem, latents = fitted.problem, []
+    for experiment, latent, left in zip(problem.experiments, problem.latents, swings.left, strict=True):
+        allowances = dict(latent.allowances)
+        for name, o in experiment.observed.items():
             if o.swinging is not None and not o.swinging.all():
                 still, moving = (float(np.mean(left[name][part] ** 2)) for part in (~o.swinging, o.swinging))
-                observed[name] = replace(o, calm=min(1.0, float(np.sqrt(still / max(moving, 1e-300)))))
-        experiments.append(replace(experiment, observed=observed))
-    return refitted(fitted, replace(fitted.problem, experiments=tuple(experiments)))
+                calm = min(1.0, float(np.sqrt(still / max(moving, 1e-300))))
+                allowances[name] = replace(latent.allowance(name), calm=calm)
+        latents.append(replace(latent, allowances=allowances))
+    return refitted(fitted, problem.with_latents(latents))
 
 
 def settle_noise(fitted: Fit, rounds: int = 2) -> tuple[Fit, dict[str, Structure]]:

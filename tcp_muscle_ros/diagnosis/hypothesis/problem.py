@@ -4,12 +4,13 @@ The residual of every channel is divided by its noise and whitened; the zero of 
 unknown of each recording and is projected out exactly.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent, Slip
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START, Unknown
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
 from tcp_muscle_ros.diagnosis.noise.discrepancy import expected, whitening_of
@@ -18,7 +19,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.late import Late, taken_out
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Outputs, Parameters
-from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.arrays import Array, Mask
 from tcp_muscle_ros.muscle.stepping import SUBSTEP
 from tcp_muscle_ros.muscle.table import INDEX
 from tcp_muscle_ros.settings.policy import Policy, shipped
@@ -38,6 +39,7 @@ Shown = dict[str, Array]  # by channel and _MELTING, what a model shows in one r
 class Problem:
     """What is fitted to what: experiments, the muscle that the unknowns start from, noise by channel.
 
+    ``latents``: what is inferred of each experiment; empty: nothing of any. The experiments stay as they were read.
     ``work`` counts what is simulated; ``policy`` decides what is named.
     """
 
@@ -45,8 +47,36 @@ class Problem:
     parameters: Parameters
     unknowns: tuple[Unknown, ...]
     noise: Mapping[str, Noise]
+    latents: tuple[Latent, ...] = ()
     work: Work = field(default_factory=Work, compare=False, repr=False)
     policy: Policy = field(default_factory=shipped, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        latents = self.latents or (Latent(),) * len(self.experiments)
+        if len(latents) != len(self.experiments):
+            raise ValueError(f'{len(latents)} latents of {len(self.experiments)} experiments')
+        object.__setattr__(self, 'latents', latents)
+
+    def with_latents(self, latents: Iterable[Latent]) -> 'Problem':
+        """The same with something else inferred of its experiments."""
+        return replace(self, latents=tuple(latents))
+
+    def with_latent(self, latent: Latent, recording: int) -> 'Problem':
+        """The same with something else inferred of one of them."""
+        return self.with_latents((*self.latents[:recording], latent, *self.latents[recording + 1 :]))
+
+    def only(self, keep: Sequence[Mapping[str, Mask]]) -> 'Problem':
+        """The problem of a part of the data: of each recording the channels in it, and which values it keeps."""
+        return replace(
+            self,
+            experiments=tuple(experiment.only(mine) for experiment, mine in zip(self.experiments, keep, strict=True)),
+            latents=tuple(latent.only(mine) for latent, mine in zip(self.latents, keep, strict=True)),
+        )
+
+    @property
+    def slips(self) -> tuple[Slip, ...]:
+        """Those of all recordings."""
+        return tuple(slip for latent in self.latents for slip in latent.slips)
 
     def with_noise(self, noise: Mapping[str, Noise]) -> 'Problem':
         """The same with other noise."""
@@ -73,7 +103,7 @@ class Problem:
         """The muscle that these values make, for one recording where some unknowns are its own."""
         mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
         if recording is not None:
-            before = {'1': self.experiments[recording].cycles, 's': self.experiments[recording].used}
+            before = {'1': self.latents[recording].cycles, 's': self.latents[recording].used}
             mine |= {name: self.parameters[name] + before[SPECIFICATIONS[name].unit] for name in self.ages}
         return self.parameters.replace(mine)
 
@@ -84,18 +114,18 @@ class Problem:
     def _run(self, values: Values, recording: int) -> tuple[Outputs, Late | None]:
         """The same, and the channel that is late."""
         experiment = self.experiments[recording]
-        ambient = values.get((AMBIENT, recording))
-        if ambient is not None:
-            imposed = replace(experiment.imposed, ambient=np.full(experiment.imposed.time.size, ambient))
-            experiment = replace(experiment, imposed=imposed)
+        ambient, fitted = experiment.imposed.ambient, values.get((AMBIENT, recording))
+        room = self.latents[recording].room(ambient if fitted is None else np.full(ambient.size, fitted))
         muscle, late = taken_out(self.muscle(values, recording))
         self.work.add(_steps(muscle, experiment))
-        return experiment.outputs(muscle, values.get((START, recording)), _RESOLUTION), late
+        return experiment.outputs(muscle, values.get((START, recording)), _RESOLUTION, ambient=room), late
 
     def predict(self, values: Values, recording: int) -> Shown:
         """What the model shows in one recording at the observed instants (SI)."""
         outputs, late = self._run(values, recording)
-        return self.experiments[recording].shown(outputs, late) | {_MELTING: _beyond_melting(outputs)}
+        experiment = self.experiments[recording]
+        shown = self.latents[recording].slipped(experiment.shown(outputs, late), experiment.observed)
+        return shown | {_MELTING: _beyond_melting(outputs)}
 
     def predictions(self, z: Array) -> list[Shown]:
         """What the model shows in every recording."""
@@ -112,7 +142,7 @@ class Problem:
         for name, observed in self.experiments[recording].observed.items():
             zero = (zeros or {}).get(name)
             raw = observed.value - predicted[name] - (zero or 0.0)
-            parts.append(self._whitened(name, raw * observed.weight, recording, zero is None))
+            parts.append(self._whitened(name, raw * self.weight(name, recording), recording, zero is None))
         return np.concatenate([*parts, predicted[_MELTING]])
 
     def residuals(self, predictions: Sequence[Shown]) -> list[Array]:
@@ -126,10 +156,14 @@ class Problem:
     def columns(self, slopes: Shown, recording: int) -> Array:
         """The rows of the Jacobian that are one recording's, shape (m, n)."""
         parts = [
-            self._whitened(name, -slopes[name] * observed.weight[:, None], recording, True)
-            for name, observed in self.experiments[recording].observed.items()
+            self._whitened(name, -slopes[name] * self.weight(name, recording)[:, None], recording, True)
+            for name in self.experiments[recording].observed
         ]
         return np.vstack([*parts, slopes[_MELTING]])
+
+    def weight(self, channel: str, recording: int) -> Array:
+        """What each value of a channel weighs beside a usual one, shape (m,)."""
+        return self.latents[recording].allowance(channel).weight(self.experiments[recording].observed[channel])
 
     def _whitened(self, channel: str, weighted: Array, recording: int, floating: bool) -> Array:
         """Residuals (m,) or columns (m, n) whitened, the floating zero projected out."""
@@ -143,8 +177,8 @@ class Problem:
     def _whitening(self) -> dict[tuple[str, int], Callable[[Array], Array]]:
         """What removes the colour of every channel of every recording."""
         return {
-            (name, k): whitening_of(observed, self.noise[name])
-            for k, experiment in enumerate(self.experiments)
+            (name, k): whitening_of(observed, latent.allowance(name), self.noise[name])
+            for k, (experiment, latent) in enumerate(zip(self.experiments, self.latents, strict=True))
             for name, observed in experiment.observed.items()
         }
 
@@ -155,7 +189,7 @@ class Problem:
         for k, experiment in enumerate(self.experiments):
             for name in FLOATING_ZERO:
                 if name in experiment.observed:
-                    white = self._whitening[name, k](experiment.observed[name].weight)
+                    white = self._whitening[name, k](self.weight(name, k))
                     constants[name, k] = white / np.linalg.norm(white)
         return constants
 
@@ -164,9 +198,9 @@ class Problem:
         found = {}
         for name, observed in self.experiments[recording].observed.items():
             if name in FLOATING_ZERO:
-                whitened = self._whitening[name, recording]
-                constant = whitened(observed.weight)
-                white = whitened((observed.value - predicted[name]) * observed.weight)
+                whitened, weight = self._whitening[name, recording], self.weight(name, recording)
+                constant = whitened(weight)
+                white = whitened((observed.value - predicted[name]) * weight)
                 found[name] = float(constant @ white / (constant @ constant))
         return found
 
@@ -182,8 +216,11 @@ class Problem:
 
     def expected_discrepancy(self, left: Mapping[str, Array], recording: int) -> dict[str, Array]:
         """What of the residuals of one recording (SI, by channel) is most likely the allowed error of the model."""
-        observed = self.experiments[recording].observed
-        return {name: expected(observed[name], self.noise[name], mine) for name, mine in left.items()}
+        observed, latent = self.experiments[recording].observed, self.latents[recording]
+        return {
+            name: expected(observed[name], latent.allowance(name), self.noise[name], mine)
+            for name, mine in left.items()
+        }
 
 
 def without_effect(problem: Problem, effect: str) -> tuple[Problem, list[int]]:

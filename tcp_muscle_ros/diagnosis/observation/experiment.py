@@ -15,47 +15,16 @@ from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.late import Late
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle import Outputs, Parameters, simulate
-from tcp_muscle_ros.muscle.arrays import Array, Places
+from tcp_muscle_ros.muscle.arrays import Array, Mask, Places
 
 _HOTTER = 20.0  # K: the fibre than its thermometer, at most
 
 
 @dataclass(frozen=True)
-class Draught:
-    """The course of a draught, known at the ``knots`` (s): ``warmer``, the change of the room (K) that takes as much
-    heat, shape as ``Imposed.time``; ``gust``: how it was described before; ``unsure``: by channel, how what stays
-    unknown of it shows (SI), one column each."""
-
-    knots: Array
-    warmer: Array
-    gust: tuple[float, ...] = ()
-    unsure: Mapping[str, Array] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Slip:
-    """A sudden slip of the end at ``time`` (s): a channel shows less by ``size`` (SI; known to ``unsure``) after it.
-
-    ``half``: half the time over which one value was averaged, s.
-    """
-
-    channel: str
-    time: float
-    size: float
-    unsure: float
-    half: float
-
-    def after(self, time: Array) -> Array:
-        """0 before, 1 after, in between for a mean over both; shape as ``time``."""
-        return np.clip(0.5 + 0.5 * (time - self.time) / self.half, 0.0, 1.0)
-
-
-@dataclass(frozen=True)
 class Experiment:
-    """One recording as the model sees it.
+    """One recording as the model sees it: what was read, and nothing that is inferred (see hypothesis/latents.py).
 
-    ``notes`` say what was assumed, for people to read; ``cycles`` and ``used`` (s): those of the recordings before it;
-    ``draught``: what was inferred of one; ``slips``: those that were; ``start_ns``: when it began, by its own clock.
+    ``notes`` say what was assumed, for people to read; ``start_ns``: when it began, by its own clock.
     """
 
     name: str
@@ -64,11 +33,7 @@ class Experiment:
     observed: Mapping[str, Observed]
     known: Mapping[str, object] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    cycles: float = 0.0
-    used: float = 0.0
     start_ns: int = 0
-    draught: Draught | None = None
-    slips: tuple[Slip, ...] = ()
 
     def outputs(
         self,
@@ -76,9 +41,10 @@ class Experiment:
         temperature: float | None = None,
         resolution: float = 1.0,
         only: Collection[str] | None = None,
+        ambient: Array | None = None,
     ) -> Outputs:
         """The model's outputs (or only some) at ``imposed.time``; ``temperature`` (K) at the start, default the
-        ambient."""
+        ambient; ``ambient`` (K, shape as ``imposed.time``), default as it was read."""
         imposed, holding = self.imposed, self.holding
         return simulate(
             parameters,
@@ -86,7 +52,7 @@ class Experiment:
             imposed.drive,
             kind=imposed.kind,
             load=imposed.load,
-            ambient=imposed.ambient if self.draught is None else imposed.ambient + self.draught.warmer,
+            ambient=imposed.ambient if ambient is None else ambient,
             end=holding.end,
             starting_load=holding.starting_load,
             held_length=holding.held_length,
@@ -98,9 +64,15 @@ class Experiment:
             only=only,
         )
 
-    def predict(self, parameters: Parameters, temperature: float | None = None) -> dict[str, Array]:
+    def predict(
+        self, parameters: Parameters, temperature: float | None = None, ambient: Array | None = None
+    ) -> dict[str, Array]:
         """What the model shows at the instants of each observed channel (SI, shapes as observed)."""
-        return self.shown(self.outputs(parameters, temperature, only=self.observed))
+        return self.shown(self.outputs(parameters, temperature, only=self.observed, ambient=ambient))
+
+    def only(self, keep: Mapping[str, Mask]) -> 'Experiment':
+        """A part of it: of each channel in it, which values it keeps."""
+        return replace(self, observed={n: o.only(keep[n]) for n, o in self.observed.items() if n in keep})
 
     def until(self, end: float) -> 'Experiment':
         """Its beginning, with the first instant at or after ``end`` (s)."""
@@ -111,8 +83,7 @@ class Experiment:
         return replace(self, imposed=imposed, observed=observed)
 
     def shown(self, outputs: Outputs, late: Late | None = None) -> dict[str, Array]:
-        """The model's outputs at the instants of each observed channel, read ``late`` where it is, less what slips
-        took."""
+        """The model's outputs at the instants of each observed channel, read ``late`` where it is."""
         shown = {}
         for name, channel in self.observed.items():
             if late is not None and late.channel == name:
@@ -120,9 +91,6 @@ class Experiment:
             else:
                 places, weights = self._read[name]
                 shown[name] = channel.averaged(np.sum(weights * getattr(outputs, name)[places], axis=1))
-        for slip in self.slips:
-            if slip.channel in shown:
-                shown[slip.channel] -= slip.size * slip.after(self.observed[slip.channel].time)
         return shown
 
     @cached_property

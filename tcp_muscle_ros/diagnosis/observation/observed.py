@@ -18,28 +18,17 @@ class Observed:
 
     ``spacing``: s between these samples; ``stretch``: which stretch without a step of an input each value lies in,
     shape (m,), None where nothing was averaged.
-    ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them; ``calm``: what these weigh.
+    ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them.
     ``within``: variance (SI squared) of single samples about the mean of their block.
-    ``discrepancy``: ways in which the model may err here, each a column as large (SI) as it usually does, shape (m, n);
-    ``unsure``: the same of what was imposed.
     """
 
     time: Array
     value: Array
     count: Array
     swinging: Mask | None = None
-    calm: float = 1.0
-    discrepancy: Array | None = None
     spacing: float = 0.0
     stretch: Array | None = None
-    unsure: Array | None = None
     within: float = 0.0
-
-    @cached_property
-    def ways(self) -> Array | None:
-        """All in which the model may err here, shape (m, n); None: none."""
-        known = [columns for columns in (self.discrepancy, self.unsure) if columns is not None]
-        return np.hstack(known) if known else None
 
     def averaged(self, shown: Array) -> Array:
         """What the mean over each block is where ``shown`` is what a model shows in its middle, both shape (m,).
@@ -79,11 +68,10 @@ class Observed:
     @cached_property
     def weight(self) -> Array:
         """What one value weighs beside a usual one: means of fewer samples are noisier."""
-        weight = np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) if self.count.size else self.count
-        return weight if self.swinging is None else np.where(self.swinging, self.calm, 1.0) * weight
+        return np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) if self.count.size else self.count
 
     def only(self, keep: Mask) -> 'Observed':
         """Some of the values."""
-        each = ('time', 'value', 'count', 'swinging', 'discrepancy', 'stretch', 'unsure')
+        each = ('time', 'value', 'count', 'swinging', 'stretch')
         kept = {name: getattr(self, name) for name in each if getattr(self, name) is not None}
         return replace(self, **{name: entry[keep] for name, entry in kept.items()})

@@ -108,5 +108,5 @@ def _least(rival: Rival) -> float:
     """
     if _bends(rival):
         return rival.policy.of_all
-    free = any(e.draught is not None for e in rival.fit.problem.experiments)
+    free = any(latent.draught is not None for latent in rival.fit.problem.latents)
     return 0.0 if free else rival.policy.companion_of_all

@@ -1,7 +1,7 @@
 """Held-out data: other recordings, or other stretches of a single one; free-run, never one step ahead."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
@@ -64,19 +64,19 @@ def stretches(problem: Problem) -> tuple[Fold, ...]:
 
 def _split(problem: Problem, fold: Fold, inside: bool) -> Problem:
     """The problem with only what the fold keeps back observed, or only the rest."""
-    experiments = []
+    keep: list[dict[str, Mask]] = []
     for k, experiment in enumerate(problem.experiments):
         mine = [(a, b) for recording, a, b in fold.stretches if recording == k]
-        kept = {}
+        kept: dict[str, Mask] = {}
         for name, o in experiment.observed.items():
             within = np.zeros(o.time.size, dtype=bool)
             for a, b in mine:
                 within |= (o.time >= a) & (o.time <= b)
-            keep = within if inside else ~within
-            if np.count_nonzero(keep) > 3:
-                kept[name] = o.only(keep)
-        experiments.append(replace(experiment, observed=kept))
-    return replace(problem, experiments=tuple(experiments))
+            wanted = within if inside else ~within
+            if np.count_nonzero(wanted) > 3:
+                kept[name] = wanted
+        keep.append(kept)
+    return problem.only(keep)
 
 
 def training(problem: Problem, fold: Fold) -> Problem:

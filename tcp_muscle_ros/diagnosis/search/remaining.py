@@ -43,14 +43,14 @@ def _leaps(selection: Selection) -> Unexplained | None:
     """What leapt from one instant to the next for good, if that was no trifle."""
     if selection.leapt is None:
         return None
-    had, has = selection.calibrated.mean_square, selection.leapt.mean_square
-    leaping = sorted({slip.channel for e in selection.leapt.problem.experiments for slip in e.slips})
+    had, has, problem = selection.calibrated.mean_square, selection.leapt.mean_square, selection.leapt.problem
+    leaping = sorted({slip.channel for slip in problem.slips})
     went = {name: 1.0 - has[name] / had[name] for name in leaping}
     channel = max(went, key=lambda name: went[name])
     when = [
         (k, e.imposed.time[0], slip)
-        for k, e in enumerate(selection.leapt.problem.experiments)
-        for slip in e.slips
+        for k, (e, latent) in enumerate(zip(problem.experiments, problem.latents, strict=True))
+        for slip in latent.slips
         if slip.channel == channel
     ]
     elapsed = [slip.time - start for _, start, slip in when]

@@ -141,7 +141,7 @@ def select_from(
 
 def _with_slips_of(clearer: Fit, bare: Fit) -> Fit:
     """The bare fit with the slips that show in a better one."""
-    return slips.added(bare, [e.slips for e in clearer.problem.experiments])
+    return slips.added(bare, [latent.slips for latent in clearer.problem.latents])
 
 
 def _among(

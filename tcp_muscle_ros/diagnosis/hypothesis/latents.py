@@ -1,0 +1,87 @@
+"""What a hypothesis says of one recording that was not recorded, no equation foretells, and no unknown of the fit is.
+
+A recording stays as it was read. How old the muscle was in it, how a draught went, when the end slipped, and by how
+much each channel may err is inferred, and held beside it: by the problem that is fitted, not by the data.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.noise.discrepancy import NO_ALLOWANCE, Allowance
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.muscle.arrays import Array, Mask
+
+
+@dataclass(frozen=True)
+class Draught:
+    """The course of a draught, known at the ``knots`` (s): ``warmer``, the change of the room (K) that takes as much
+    heat, shape as ``Imposed.time``; ``gust``: how it was described before; ``unsure``: by channel, how what stays
+    unknown of it shows (SI), one column each."""
+
+    knots: Array
+    warmer: Array
+    gust: tuple[float, ...] = ()
+    unsure: Mapping[str, Array] = field(default_factory=dict)
+
+    def only(self, keep: Mapping[str, Mask]) -> 'Draught':
+        """The same where only these values of each channel are kept."""
+        return replace(self, unsure={name: c[keep[name]] for name, c in self.unsure.items() if name in keep})
+
+
+@dataclass(frozen=True)
+class Slip:
+    """A sudden slip of the end at ``time`` (s): a channel shows less by ``size`` (SI; known to ``unsure``) after it.
+
+    ``half``: half the time over which one value was averaged, s.
+    """
+
+    channel: str
+    time: float
+    size: float
+    unsure: float
+    half: float
+
+    def after(self, time: Array) -> Array:
+        """0 before, 1 after, in between for a mean over both; shape as ``time``."""
+        return np.clip(0.5 + 0.5 * (time - self.time) / self.half, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Latent:
+    """What is inferred of one recording.
+
+    ``cycles`` and ``used`` (s): those of the recordings before it; ``draught``: the course of one, if any; ``slips``:
+    those of the end; ``allowances``: by channel, in which ways it may err, where there are any.
+    """
+
+    cycles: float = 0.0
+    used: float = 0.0
+    draught: Draught | None = None
+    slips: tuple[Slip, ...] = ()
+    allowances: Mapping[str, Allowance] = field(default_factory=dict)
+
+    def allowance(self, channel: str) -> Allowance:
+        """In which ways a channel may err."""
+        return self.allowances.get(channel, NO_ALLOWANCE)
+
+    def room(self, ambient: Array) -> Array:
+        """The ambient (K) that takes as much heat as this one and the draught, shape as ``ambient``."""
+        return ambient if self.draught is None else ambient + self.draught.warmer
+
+    def slipped(self, shown: Mapping[str, Array], observed: Mapping[str, Observed]) -> dict[str, Array]:
+        """What a model shows of each channel observed, less what the slips took."""
+        less = dict(shown)
+        for slip in self.slips:
+            if slip.channel in less:
+                less[slip.channel] = less[slip.channel] - slip.size * slip.after(observed[slip.channel].time)
+        return less
+
+    def only(self, keep: Mapping[str, Mask]) -> 'Latent':
+        """The same of a part of the recording: of each channel in it, which values it keeps."""
+        return replace(
+            self,
+            draught=self.draught and self.draught.only(keep),
+            allowances={name: allowed.only(keep[name]) for name, allowed in self.allowances.items() if name in keep},
+        )
