@@ -13,12 +13,13 @@ from rclpy.node import Node
 
 ROOT = Path(__file__).resolve().parents[1]
 FILE = ROOT / 'config' / 'sros2_policy.xml'
-NODES = ('sim_node', 'controller_node', 'serial_driver_node')
+NODES = ('sim_node', 'controller_node', 'serial_driver_node', 'twin_node')
 HEAD = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <!--
   SROS 2 policy: the least that each node of one muscle needs. Made by scripts/make_sros2_policy.py from the running
   nodes, and held against them by test/nodes/test_security.py. For a muscle in a namespace write it in place of ns="/".
+  Simulated time (/clock, /lockstep/tick, /lockstep/done) is left out: whoever sets the clock holds the watchdogs.
 
   ros2 security create_keystore keys && ros2 security generate_artifacts -k keys -p config/sros2_policy.xml
 -->
@@ -44,6 +45,19 @@ def access_of(asker: Node, name: str, namespace: str) -> Access:
     }
 
 
+def settled(asker: Node) -> dict[str, Access]:
+    """What all nodes have, once each is up (``~/reset``) and nothing was added for 5 s."""
+    found: dict[str, Access] = {}
+    since = time.monotonic()
+    while time.monotonic() - since < 5.0 or len(found) < len(NODES):
+        rclpy.spin_once(asker, timeout_sec=0.2)
+        there = [name for name in NODES if name in asker.get_node_names()]
+        now = {name: access for name in there if f'{name}/reset' in (access := access_of(asker, name, '/'))['reply']}
+        if now != found:
+            found, since = now, time.monotonic()
+    return found
+
+
 def policy(accesses: dict[str, Access]) -> str:
     """The policy file's text."""
     lines = []
@@ -65,13 +79,7 @@ def main() -> int:
     asker = rclpy.create_node('asker')
     processes = [subprocess.Popen([sys.executable, '-m', f'tcp_muscle_ros.nodes.{name}']) for name in NODES]
     try:
-        deadline = time.monotonic() + 180.0
-        while time.monotonic() < deadline:
-            rclpy.spin_once(asker, timeout_sec=0.2)
-            if set(NODES) <= set(asker.get_node_names()):
-                break
-        time.sleep(3.0)  # the last of their topics are heard of
-        FILE.write_text(policy({name: access_of(asker, name, '/') for name in NODES}), encoding='utf-8')
+        FILE.write_text(policy(settled(asker)), encoding='utf-8')
     finally:
         for process in processes:
             process.terminate()

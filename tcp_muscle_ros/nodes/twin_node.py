@@ -30,9 +30,10 @@ from tcp_muscle_ros.control.safety import celsius
 from tcp_muscle_ros.control.twin import LONGEST_STEP, State, Tick, Twin
 from tcp_muscle_ros.muscle import TABLE, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.nodes.lifetime import run
+from tcp_muscle_ros.nodes.lockstep import FollowingTime, out_of_step
 from tcp_muscle_ros.nodes.parameters import Settings, descriptor, of_rclpy, read_rows
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
-from tcp_muscle_ros.nodes.ticks import SteadyTime, TickLoop
+from tcp_muscle_ros.nodes.ticks import SECOND, SteadyTime, TickLoop
 from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
 from tcp_muscle_ros.nodes.twin_alarm import Alarm
 from tcp_muscle_ros.nodes.twin_controller import Believing
@@ -82,7 +83,12 @@ class TwinNode(Node):  # type: ignore[misc]
         self._diagnose_at: float | None = None
         self._collected_since = 0.0
         self.loop: TickLoop | None = None
-        self._publish_on(Topics(self))
+        simulated = self.get_parameter('use_sim_time').value
+        self._base = FollowingTime(self, self._collect) if simulated else SteadyTime(self.get_clock())
+        self._collected: list[Heard] = []  # ticks of a simulation in lockstep
+        self._out_of_step: dict[str, str] = {}
+        self._topics = Topics(self)
+        self._publish_on(self._topics)
         self.create_service(Trigger, '~/reset', self._reset)
         self.create_timer(1.0, self._look_after)
 
@@ -123,9 +129,9 @@ class TwinNode(Node):  # type: ignore[misc]
 
     def start(self, on_failure: Callable[[], None]) -> None:
         """Begin to tick."""
-        self.loop = TickLoop(
-            SteadyTime(self.get_clock()), self._rate, self._tick, longest_step=1.0, on_failure=on_failure
-        )
+        if isinstance(self._base, FollowingTime):
+            self._base.open(self._topics)
+        self.loop = TickLoop(self._base, self._rate, self._tick, longest_step=1.0, on_failure=on_failure)
         self.loop.start()
 
     def stop(self) -> Sequence[Publisher]:
@@ -156,10 +162,17 @@ class TwinNode(Node):  # type: ignore[misc]
 
     def _tick(self, stamp: int, dt: float, publish: bool) -> None:
         with self._lock:
-            for k, heard in enumerate(self._hearing.ticks()):
-                if k < _MOST_AT_ONCE:
+            ticks = self._collected if self._base.collects else self._hearing.ticks()
+            self._collected = []
+            for k, heard in enumerate(ticks):
+                if k < _MOST_AT_ONCE and not self._out_of_step:
                     self._take(heard)
             self._notice()
+
+    def _collect(self, sent: int) -> None:
+        """What a simulation in lockstep published with its tick."""
+        with self._lock:
+            self._collected.append(self._hearing.tick(self._base.now() / SECOND, sent))
 
     def _take(self, heard: Heard) -> None:
         values = heard.values
@@ -229,6 +242,7 @@ class TwinNode(Node):  # type: ignore[misc]
                 self._finding.publish(String(data=headline))
                 self._propose(alarm)
         self._controller.believe(self._twin.predictor.source)
+        self._out_of_step = out_of_step(self, self._base, self._hearing.topics)
         self._publish_diagnostics()
 
     def _propose(self, alarm: Alarm) -> None:
@@ -244,8 +258,10 @@ class TwinNode(Node):  # type: ignore[misc]
 
     def _publish_diagnostics(self) -> None:
         twin, difference = self._twin, self._twin.difference
-        silent = self._follows_since is None or time.time() - self._then > LONGEST_STEP
-        message = 'waits for a muscle' if silent else twin.state.value
+        now = self._base.now() / SECOND if self._base.collects else time.time()
+        silent = self._follows_since is None or now - self._then > LONGEST_STEP or bool(self._out_of_step)
+        reason = next(iter(self._out_of_step.values()), '')
+        message = 'waits for a muscle' + (f': {reason}' if reason else '') if silent else twin.state.value
         if difference is not None and not silent:
             message += (
                 f': {difference.stage}, by its {difference.channel}, since {self._then - difference.since:.0f} s, '

@@ -1,6 +1,7 @@
 """Lockstep over DDS: a simulation as fast as it goes, and nodes that keep its time, tick by tick."""
 
 import time
+from itertools import pairwise
 from math import pi
 
 import pytest
@@ -183,3 +184,25 @@ def test_a_joint_of_two_muscles_turns_the_same_way_each_time(bench):
     first = run('joint_a')
     assert abs(first[-1][2]) > 0.05  # it turns
     assert first == run('joint_b')
+
+
+def test_a_twin_predicts_in_the_time_of_the_simulation(bench):
+    sim = bench.start('sim_node', 'twinned', real_time_factor=0.0, lockstep_nodes=2)
+    twin = bench.start('twin_node', 'twinned', use_sim_time=True)
+    apart = bench.start('twin_node', 'twinned', '-r', '__node:=apart')
+    residual = bench.listen('/twinned/twin_node/residual_displacement')
+    predicted = bench.listen('/twinned/twin_node/predicted_displacement')
+    diagnostics = bench.listen('/diagnostics', DiagnosticArray)
+    commander = Commander(bench, '/twinned/current_command', dict.fromkeys(range(1, 2000), 0.2), slow=(300, 400))
+    commander.join()
+    commander.until(600)
+    moved = min(b - a for a, b in pairwise(predicted.values))
+    # From tick to tick the residual changes by less than a hundredth of what the muscle moves: no tick was too many,
+    # too few or of another length. (What is left of the state that was estimated at the start fades.)
+    assert len(residual) > 400 and max(abs(b - a) for a, b in pairwise(residual.values)) < 0.01 * moved
+    messages = {status.name: status.message for _, array in diagnostics[:] for status in array.status}
+    assert messages['/twinned/twin_node'] == 'follows'
+    assert '/twinned/sim_node runs in lockstep and not in real time' in messages['/twinned/apart']
+    for program in (twin, apart, sim):
+        program.kill()
+    bench.forget(residual, predicted, diagnostics, commander)

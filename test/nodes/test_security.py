@@ -32,7 +32,7 @@ def relative(names_and_types, namespace):
     return {name if name in COMMON else name.removeprefix(namespace + '/') for name in names}
 
 
-@pytest.mark.parametrize('node', ['sim_node', 'controller_node', 'serial_driver_node'])
+@pytest.mark.parametrize('node', ['sim_node', 'controller_node', 'serial_driver_node', 'twin_node'])
 def test_a_node_has_exactly_the_topics_and_services_of_the_policy(bench, node):
     policy, namespace = allowed(), f'/secure_{node}'
     program = bench.start(node, namespace.strip('/'))
