@@ -30,7 +30,7 @@ Access = dict[str, list[str]]
 
 
 def access_of(asker: Node, name: str, namespace: str) -> Access:
-    """What a node publishes, subscribes to and serves: absolute names below its namespace made relative."""
+    """What a node publishes, subscribes to, serves and asks for: absolute names below its namespace made relative."""
 
     def relative(topics: list[tuple[str, list[str]]]) -> list[str]:
         prefix = namespace.rstrip('/') + '/'
@@ -42,6 +42,7 @@ def access_of(asker: Node, name: str, namespace: str) -> Access:
         'publish': relative(asker.get_publisher_names_and_types_by_node(name, namespace)),
         'subscribe': relative(asker.get_subscriber_names_and_types_by_node(name, namespace)),
         'reply': relative(asker.get_service_names_and_types_by_node(name, namespace)),
+        'request': relative(asker.get_client_names_and_types_by_node(name, namespace)),
     }
 
 
@@ -68,9 +69,12 @@ def policy(accesses: dict[str, Access]) -> str:
             lines.append(f'          <topics {kind}="ALLOW">')
             lines += [f'            <topic>{topic}</topic>' for topic in access[kind]]
             lines.append('          </topics>')
-        lines.append('          <services reply="ALLOW">')
-        lines += [f'            <service>{service}</service>' for service in access['reply']]
-        lines += ['          </services>', '        </profile>', '      </profiles>', '    </enclave>']
+        for kind in ('reply', 'request'):
+            if access[kind]:
+                lines.append(f'          <services {kind}="ALLOW">')
+                lines += [f'            <service>{service}</service>' for service in access[kind]]
+                lines.append('          </services>')
+        lines += ['        </profile>', '      </profiles>', '    </enclave>']
     return HEAD + '\n'.join(lines) + '\n  </enclaves>\n</policy>\n'
 
 
