@@ -71,7 +71,7 @@ runs:
 RIG = """instruments:
   temperature: {lag_s: {value: 1.2, low: 1.0, high: 1.5}, gain: 0.96}
   displacement: {delay_s: 0.1}
-limits: {largest_current_a: 0.27, loads_n: [0.5884, 0.6], loads_by: rig, longest_run_s: 100}
+limits: {largest_current_a: 0.27, loads_n: [0.5884, 0.6], loads_by: rig, longest_run_s: 900}
 """
 MANIFEST = """runs:
   - {name: thumb_0, bags: [bag], params: muscle.yaml, muscle: thumb, cycles: 12, day: 2026-03-01}
@@ -95,6 +95,10 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     'run': (
         ['protocol.yaml', '--params', 'muscle.yaml', '--rig', 'rig.yaml', '--output', 'new', '--yes'],
         ['protocol.yaml', 'muscle.yaml', 'rig.yaml'],
+    ),
+    'investigate': (
+        ['--simulated', 'muscle.yaml', '--rig', 'rig.yaml', '--first', 'protocol.yaml', '--output', 'new'],
+        ['muscle.yaml', 'rig.yaml', 'protocol.yaml'],
     ),
     'import': (['run.csv', '--map', 'map.yaml', '--output', 'new'], ['run.csv', 'map.yaml']),
     'calibrate': (['bag', '--params', 'muscle.yaml', '--output', 'new.yaml'], ['bag', 'muscle.yaml']),

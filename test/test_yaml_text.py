@@ -39,3 +39,9 @@ def test_a_text_that_is_no_yaml_is_told_in_one_line(tmp_path, text, says, at):
 
 def test_what_is_named_twice_is_there_twice():
     assert parse('a: &x {b: [1]}\nc: [*x, *x]') == {'a': {'b': [1]}, 'c': [{'b': [1]}, {'b': [1]}]}
+
+
+def test_a_whole_number_beyond_all_others_is_refused_in_one_line(tmp_path):
+    (tmp_path / 'muscle.yaml').write_text(f'/**:\n  ros__parameters:\n    hA: 1{"0" * 400}\n')
+    with pytest.raises(BadInput, match="parameter 'hA' = inf: expected a finite number"):
+        parameter_file.read(tmp_path / 'muscle.yaml')

@@ -11,7 +11,7 @@ import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.commands.run import add_rig_arguments, allowed_by, play, rig_limits
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.outputs import add_force_argument
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.commands.investigation import Investigation
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 _INTERRUPTED = 130
 _LEAST_IMPROVED = 1e-12
+_SETTINGS = 'settings.json'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for runs, reports and the log')
     parser.add_argument('--resume', action='store_true', help='continue an investigation that was stopped')
+    add_force_argument(parser)
     parser.add_argument('--first', metavar='PROTOCOL.yaml', help='record this first (default: six protocols, 24 min)')
     parser.add_argument('--minutes', type=float, default=90.0, metavar='N', help='longest muscle time in minutes (90)')
     parser.add_argument('--runs', type=int, default=20, metavar='N', help='most runs, the one kept back included (20)')
@@ -44,39 +47,53 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_rig_arguments(parser)
 
 
-def run(args: argparse.Namespace) -> int:
-    """Investigate, or go on; 130 where it was interrupted."""
+def admit(args: argparse.Namespace) -> tuple[Path, Callable[[], Investigation]]:
+    """All that can be refused before anything is recorded."""
+    from tcp_muscle_ros.files.outputs import refuse_among, writable_folder
     from tcp_muscle_ros.settings.parameter_file import read
 
-    folder = _folder(args)
-    model = read(args.params).parameters
-    investigation = _investigation(args, folder, model, rig_limits(args.rig))
+    folder = Path(args.output)
+    if args.resume:
+        if args.force:
+            raise BadInput('--resume continues an investigation, --force begins anew; expected one of them')
+        if not (folder / _SETTINGS).is_file():
+            raise BadInput(f'--resume: {folder} is no folder of an investigation')
+    else:
+        refuse_among(folder, filter(None, (args.params, args.rig, args.first, args.simulated)))
+        ours = args.force and (folder / _SETTINGS).is_file() and (folder / 'log.jsonl').is_file()
+        if not ours:
+            writable_folder(folder, force=args.force)
+    if args.simulated:
+        read(args.simulated)
+    return folder, _investigation(args, folder, read(args.params).parameters, rig_limits(args.rig))
+
+
+def run(args: argparse.Namespace) -> int:
+    """Investigate, or go on; 130 where it was interrupted."""
+    from tcp_muscle_ros.files.outputs import remove, set_aside
+
+    folder, begin = admit(args)
+    if not args.resume:
+        before = set_aside(folder, 'before')
+        settings = {**vars(args), 'replaces': before.name if before else ''}
+        folder.mkdir(parents=True)
+        (folder / _SETTINGS).write_text(json.dumps(settings, default=str, indent=1) + '\n')
+    investigation = begin()
     try:
         investigation.run()
     except KeyboardInterrupt:
         _say(f'{folder}: interrupted; --resume goes on')
         return _INTERRUPTED
     _conclude(args, investigation, folder)
+    if replaced := json.loads((folder / _SETTINGS).read_text()).get('replaces'):
+        remove(folder.with_name(replaced))
     return 0
-
-
-def _folder(args: argparse.Namespace) -> Path:
-    from tcp_muscle_ros.files.outputs import writable_folder
-
-    folder = Path(args.output)
-    if args.resume:
-        if not (folder / 'settings.json').is_file():
-            raise BadInput(f'--resume: {folder} is no folder of an investigation')
-    else:
-        writable_folder(folder)
-        folder.mkdir(parents=True)
-        (folder / 'settings.json').write_text(json.dumps(vars(args), default=str, indent=1) + '\n')
-    return folder
 
 
 def _investigation(
     args: argparse.Namespace, folder: Path, model: Parameters, limits: RigLimits | None
-) -> Investigation:
+) -> Callable[[], Investigation]:
+    """What makes the investigation in its folder. BadInput where it may not be begun."""
     from tcp_muscle_ros.commands.exploring import first_protocols, kept_back_protocol, loads_about
     from tcp_muscle_ros.commands.investigation import Budget, Investigation, allowed_of
     from tcp_muscle_ros.muscle import ZERO_CELSIUS
@@ -96,12 +113,13 @@ def _investigation(
     first = [read_protocol(args.first)] if args.first else first_protocols(current, loads, load, ambient)
     kept = kept_back_protocol(current, load, ambient)
     simulated = _Simulated(args.simulated) if args.simulated else None
-    return Investigation(
+    allowed_first, allowed_kept = [allowed_of(one, model, allowed) for one in first], allowed_of(kept, model, allowed)
+    return lambda: Investigation(
         folder,
         simulated or _Live(args, model, limits),
         lambda bags, report: _diagnosed(bags, report, args.params),
-        [allowed_of(one, model, allowed) for one in first],
-        allowed_of(kept, model, allowed),
+        allowed_first,
+        allowed_kept,
         lambda protocol: allowed_of(protocol, model, allowed),
         Budget(60.0 * args.minutes, args.runs, args.cycles),
         _say,

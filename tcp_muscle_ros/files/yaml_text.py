@@ -1,6 +1,10 @@
 """YAML from a text, with one exception for all that PyYAML raises, and without what contains itself."""
 
+import math
+
 import yaml
+
+_LARGEST_BITS = 1023  # of a whole number that a float can hold
 
 
 class NotYaml(ValueError):
@@ -14,7 +18,10 @@ class NotYaml(ValueError):
 class _Loader(yaml.SafeLoader):
     def construct_object(self, node: yaml.Node, deep: bool = False) -> object:
         try:
-            return super().construct_object(node, deep)
+            found = super().construct_object(node, deep)
+            if isinstance(found, int) and found.bit_length() > _LARGEST_BITS:
+                return math.inf  # as 1e999 is
+            return found
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             # PyYAML lets through what Python's own types say of a date 2026-13-45, or of !!int x.
             reason = str(error) if isinstance(error, ValueError) else f'not what {node.tag} is written like'

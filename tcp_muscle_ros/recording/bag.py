@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
 
 JOINT_STATES = 'joint_states'
+_LARGEST = 1e30  # of a value, whose cube a float still holds; more is a damaged message
 _FROM_JOINT_STATES = {'displacement': 'position', 'force': 'effort'}
 
 
@@ -326,12 +327,11 @@ class _Reader:
         if not present.all() and present.any() and topic.broken < np.count_nonzero(~present):
             missing = np.count_nonzero(~present) - topic.broken
             self.notes.append(f"{name}: {missing} message(s) without '{source.field}' were left out")
-        finite = np.isfinite(values)
-        if np.count_nonzero(present & ~finite):
-            self.notes.append(
-                f'{source.channel}: {np.count_nonzero(present & ~finite)} of {len(finite)} values are not finite '
-                'and were left out'
-            )
+        finite = np.abs(values) < _LARGEST  # False for NaN
+        wrong = values[present & ~finite]
+        if len(wrong):
+            what = f'not finite or above {_LARGEST:g}' if np.isfinite(wrong).any() else 'not finite'
+            self.notes.append(f'{source.channel}: {len(wrong)} of {len(finite)} values are {what} and were left out')
         kept = present & finite
         if source == self._asked[name][-1]:
             del self._topics[name]

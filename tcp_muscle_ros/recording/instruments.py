@@ -64,7 +64,7 @@ def _tone(channel: Channel, drive: Channel | None) -> Iterator[tuple[str, str, s
     size = channel.value.size // 4
     frequency = np.fft.rfftfreq(size - 2, period)
     lines = [_spectrum(channel.value[k * size : (k + 1) * size]) for k in range(4)]
-    out = np.min([line / np.median(line[1:]) for line in lines], axis=0)
+    out = np.min([line / max(float(np.median(line[1:])), 1e-300) for line in lines], axis=0)
     out[frequency < _SLOWEST_TONE] = 0.0
     k = int(np.argmax(out))
     if out[k] < _LINE:

@@ -228,7 +228,8 @@ def _refuse_slope(recording: Recording) -> None:
     temperature, resistance = np.interp(R.time, T.time, T.value)[together], R.value[together]
     if temperature.size < 20 or np.ptp(temperature) == 0.0 or np.ptp(resistance) == 0.0:
         return
-    slope = float(np.polyfit(temperature, resistance, 1)[0]) / float(np.median(np.abs(resistance)))
+    beside = temperature - temperature.mean()
+    slope = float(beside @ resistance / (beside @ beside)) / float(np.median(np.abs(resistance)))
     if slope > _STEEPEST and float(np.corrcoef(temperature, resistance)[0, 1]) > _SURE:
         raise BadInput(
             f'{recording.path}: resistance rises by {100 * slope:.0f} % a kelvin, a metal by about 0.4 %: are '

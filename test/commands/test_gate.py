@@ -174,3 +174,15 @@ def test_a_prediction_that_is_not_finite_is_one_line(made, refused, tmp_path):
 def test_what_is_sound_passes(made, tmp_path):
     bag = str(made())
     assert main(['replay', bag, '--params', NOMINAL]) == 0
+
+
+def test_an_input_that_begins_after_all_outputs_have_ended_is_refused(tmp_path, refused):
+    time = np.arange(600) / 10.0
+    warm = 296.0 + 5.0 * np.sin(time / 5.0) + 0.1 * np.random.default_rng(2).standard_normal(600)
+    channels = {
+        'temperature': Channel('temperature', time, warm, 'temperature'),
+        'current': Channel('current', time + 1000.0, 0.2 * (time % 30.0 < 10.0), 'current'),
+    }
+    write_recording(tmp_path / 'late', Recording('', channels, START, {'load_n': 0.6}))
+    line = refused(tmp_path / 'late')
+    assert 'current begins at 1000 s, after the last of temperature (59.9 s): are these of one recording' in line

@@ -21,6 +21,7 @@ from tcp_muscle_ros.control.playing import Allowed, refuse_beyond
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.protocol import Protocol, Ramp, Segment, read_protocol
+from tcp_muscle_ros.tool import main
 
 MODEL = Parameters.named('karami_tadesse_2017')
 EXPLORED = first_protocols(0.2, (0.25, 0.5, 1.0), 0.5, 296.15)
@@ -182,3 +183,20 @@ def test_a_protocol_that_is_written_is_read_back(tmp_path_factory, steps):
 def test_cycles_are_counted_by_their_beginnings():
     assert cycles_of(FIRST) == 3
     assert cycles_of(replace(FIRST, repeat=2)) == 6
+
+
+def test_nothing_is_left_where_it_may_not_begin_and_force_replaces_only_an_investigation(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command = ['investigate', '--simulated', 'karami_tadesse_2017', '--output', 'new']
+    assert main([*command, '--runs', '1']) == 2
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / 'new').mkdir()
+    (tmp_path / 'new' / 'settings.json').write_text('{}')
+    assert main(command, until_admitted=True) == 2
+    assert 'new: exists already and is not overwritten' in capsys.readouterr().err
+    assert main([*command, '--force'], until_admitted=True) == 2
+    assert '--force replaces nothing else' in capsys.readouterr().err
+    (tmp_path / 'new' / 'log.jsonl').write_text('')
+    assert main([*command, '--force'], until_admitted=True) == 0
+    assert main([*command, '--force', '--resume'], until_admitted=True) == 2
+    assert 'expected one of them' in capsys.readouterr().err

@@ -224,6 +224,13 @@ def test_values_that_are_not_finite_are_left_out_with_a_note(tmp_path):
     assert recording.notes == ('force: 3 of 5 values are not finite and were left out',)
 
 
+def test_what_no_instrument_measures_is_no_value(tmp_path):
+    rows = [('/force', START + k, float64(x)) for k, x in enumerate((1.0, 1e197, 2.0))]
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    assert recording['force'].value.tolist() == [1.0, 2.0]
+    assert recording.notes == ('force: 1 of 3 values are not finite or above 1e+30 and were left out',)
+
+
 def test_joint_states_stand_in_for_missing_plain_topics_only(tmp_path):
     stamps = [START + k * 10 * MS for k in range(9)]
     rows = [('/joint_states', t + MS // 5, joint_states(t, [k], [9.0])) for k, t in enumerate(stamps)]

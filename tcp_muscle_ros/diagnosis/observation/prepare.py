@@ -61,6 +61,11 @@ def prepare(
     load = coarsened(load, most, 1.0)
     start = max(float(drive.time[0]), 0.0)
     end = max(float(channel.time[-1]) for channel in observed.values())
+    if end <= start:
+        raise BadInput(
+            f'{recording.path}: {kind} begins at {start:.4g} s, after the last of {", ".join(observed)} ({end:.4g} s): '
+            'are these of one recording, and of one clock?'
+        )
     blocks: dict[str, Observed] = {}
     for name, channel in observed.items():
         made = averaged(channel, drive, load, most, start)
