@@ -4,7 +4,7 @@
 instruments:
   temperature: {lag_s: {value: 1.2, low: 1.0, high: 1.5}, gain: 0.96}   # a number alone has no interval
   displacement: {delay_s: 0.1}
-  current: {gain: 0.98}
+  current: {gain: 0.98, ohms_apart: 1}  # the resistance does not come from this ammeter
 limits:
   largest_current_a: 0.27
   loads_n: [0.3, 0.588]     # that can be hung; empty: the load stays as it is
@@ -71,7 +71,7 @@ def _rows(channel: str) -> Mapping[str, Row]:
     effects = {
         'temperature': {'lag_s': 'thermocouple_lag.tau', 'gain': 'thermocouple_gain.g', offset: 'temperature_offset.o'},
         'displacement': {offset: 'displacement_offset.o'},
-        CURRENT: {'gain': 'current_gain.g', offset: 'current_gain.z'},
+        CURRENT: {'gain': 'current_gain.g', offset: 'current_gain.z', 'ohms_apart': 'current_gain.ohms'},
     }.get(channel, {})
     if channel in DELAYED:
         effects |= {'delay_s': 'clock_skew.d', 'pace': 'clock_skew.r'}
@@ -82,6 +82,8 @@ def _rows(channel: str) -> Mapping[str, Row]:
         'delay_s': ('s', 'how late its clock is', (0.0, 5.0)),
         'pace': ('1', 'seconds a second that its clock falls behind', (0.0, 5e-3)),
     }
+    if channel == CURRENT:
+        keys['ohms_apart'] = ('1', 'resistance: 0 voltage over this current, 1 measured apart', (0.0, 1.0))
     return {key: _row(channel, key, effects.get(key, ''), *of_key) for key, of_key in keys.items()}
 
 

@@ -13,6 +13,7 @@ from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.rivals import rivals_for
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.settings.ages import as_old_as_then
+from tcp_muscle_ros.settings.rig import on_rig, read_rig, render_rig
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
 
@@ -59,3 +60,18 @@ def test_the_room_and_the_zero_of_a_recording_are_its_own_and_nothing_else_is_fi
     wrong = TRUE.replace(B=0.7 * TRUE['B'])
     compared = replay(moved, wrong, own=own_of(moved, wrong))['displacement']
     assert compared.rmse > 0.1 * np.ptp(stroke.value) * 0.3  # a wrong muscle stays wrong
+
+
+def test_an_ammeter_that_is_off_beside_an_ohmmeter_goes_to_the_rig_with_how_the_resistance_was_measured(tmp_path):
+    shown = TRUE.replace({'current_gain.z': 4e-3, 'current_gain.g': 0.95}).with_effects('current_gain')
+    shown = shown.replace({'current_gain.ohms': 1.0})
+    runs = [experiment(CHANNELS, current, 0.588, k, muscle=shown) for k, current in enumerate((0.27, 0.15))]
+    found = select(in_turn(calibrate(runs, NOMINAL).fit), ['current_gain'])
+    assert [c.effect for c in found.chosen] == ['current_gain']
+    rig = rig_of(found.final)
+    assert rig.instruments['current']['ohms_apart'].value == 1.0
+    (tmp_path / 'rig.yaml').write_text(render_rig(rig))
+    assert read_rig(tmp_path / 'rig.yaml') == rig
+    further = experiment(CHANNELS, 0.2, 0.588, 9, muscle=shown)
+    muscle = on_rig(improved_muscle(found), rig)
+    assert replay(further, muscle, own=own_of(further, muscle))['resistance'].nrmse < 0.15

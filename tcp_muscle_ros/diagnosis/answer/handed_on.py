@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.observation.late import taken_out
 from tcp_muscle_ros.diagnosis.search.selection import Selection
-from tcp_muscle_ros.muscle import EFFECTS, Parameters
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.settings.ages import Age
 from tcp_muscle_ros.settings.rig import BY_EFFECT, Quantity, Rig, RigLimits, from_effects
 
@@ -62,6 +62,11 @@ def rig_of(fitted: Fit) -> Rig:
             value = u.from_fit(float(fitted.z[k]))
             low, high = fitted.interval(k)
             found[u.name] = Quantity(value, min(low, value), max(high, value))
+    shared = {name.partition('.')[0] for name in found}
+    for name in BY_EFFECT:  # what is chosen and not fitted has no interval
+        if SPECIFICATIONS[name].choices and name.partition('.')[0] in shared:
+            value = fitted.problem.parameters[name]
+            found[name] = Quantity(value, value, value)
     late = taken_out(fitted.muscle)[1] if any(_makes_late(name) for name in found) else None
     return from_effects(found, late.channel if late else '', _limits(fitted.problem))
 
