@@ -126,6 +126,7 @@ def _finding(f: Finding) -> dict[str, object]:
         'indistinguishable_from': f.indistinguishable_from,
         'improvement': {channel: _change(c) for channel, c in f.improvement.items()},
         'gain': f.gain,
+        'evidence': dict(f.evidence),
         'unlisted': f.unlisted and _free_law(f.stage, f.unlisted),
     }
 

@@ -4,6 +4,7 @@ Each stands there with its meaning, its unit, and how it was set. Numerical tole
 with their algorithm, and what is known of instruments with the instruments.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
@@ -12,12 +13,16 @@ from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.files import yaml_text
 
 SHIPPED = Path(__file__).resolve().parent.parent / 'config' / 'policy.yaml'
+ODDS = 'odds'  # the one entry that is a table
 SAID = ('value', 'unit', 'meaning', 'set_by')  # of each number
 
 
 @dataclass(frozen=True)
 class Policy:
-    """What decides, by name; config/policy.yaml says what each means."""
+    """What decides, by name; config/policy.yaml says what each means.
+
+    ``odds``: the weights of what speaks for a finding, by term.
+    """
 
     least_drop: float
     per_parameter: float
@@ -43,6 +48,7 @@ class Policy:
     single_readings: float
     form: float
     helps: float
+    odds: Mapping[str, float]
 
 
 def read_policy(path: Path) -> Policy:
@@ -61,13 +67,18 @@ def read_policy(path: Path) -> Policy:
     for name in content:
         if name not in names:
             raise BadInput(f"{path}: '{name}' is no number of a policy{nearest(str(name), names)}")
-    return Policy(**{name: _number(path, name, content.get(name)) for name in names})
+    entries = {name: content.get(name) for name in names}
+    values = {name: entry.get('value') if isinstance(entry, dict) else None for name, entry in entries.items()}
+    numbers = {name: _number(path, name, value) for name, value in values.items() if name != ODDS}
+    weights = values[ODDS]
+    if not isinstance(weights, dict):
+        raise BadInput(f'{path}: {ODDS}.value is {weights!r}, expected a weight for each term')
+    return Policy(**numbers, odds={term: _number(path, f'{ODDS}.{term}', w) for term, w in weights.items()})
 
 
-def _number(path: Path, name: str, entry: object) -> float:
-    value = entry.get('value') if isinstance(entry, dict) else None
+def _number(path: Path, name: str, value: object) -> float:
     if not isinstance(value, int | float) or isinstance(value, bool):
-        raise BadInput(f'{path}: {name}.value is {value!r}, expected a number')
+        raise BadInput(f'{path}: {name} is {value!r}, expected a number')
     return float(value)
 
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.made import NOMINAL, TRUE, experiment
+from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, rig_of
+from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, foretelling, improved_muscle, one_load, rig_of
 from tcp_muscle_ros.diagnosis.answer.replaying import as_given, own_of, replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search.candidates import screen
@@ -75,3 +75,39 @@ def test_an_ammeter_that_is_off_beside_an_ohmmeter_goes_to_the_rig_with_how_the_
     further = experiment(CHANNELS, 0.2, 0.588, 9, muscle=shown)
     muscle = on_rig(improved_muscle(found), rig)
     assert replay(further, muscle, own=own_of(further, muscle))['resistance'].nrmse < 0.15
+
+
+def test_a_room_that_drifted_stays_in_the_report():
+    drift = 2.0 * np.sin(2.0 * np.pi * TIME / 300.0)
+    runs = [experiment(CHANNELS, current, 0.588, k) for k, current in enumerate((0.27, 0.2))]
+    runs = [warmer(run, drift) for run in runs]
+    fitted = in_turn(calibrate(runs, NOMINAL).fit)
+    (found,) = rivals_for(fitted, screen(fitted, ['ambient_drift'])[0], None)
+    chosen = select(found.fit, [])
+    assert 'ambient_drift' in chosen.final.muscle.effects
+    assert 'ambient_drift' not in improved_muscle(chosen).effects
+
+
+def warmer(run, drift):
+    """The recording as a muscle shows it whose room is warmer by ``drift``, which nobody wrote down."""
+    imposed = replace(run.imposed, ambient=run.imposed.ambient + drift)
+    shown, still = (replace(run, imposed=room).predict(TRUE) for room in (imposed, run.imposed))
+    observed = {name: replace(o, value=o.value + shown[name] - still[name]) for name, o in run.observed.items()}
+    return replace(run, observed=observed)
+
+
+def test_under_one_load_the_stiffness_is_about_as_assumed_and_under_two_it_is_as_found():
+    """What is left of a friction, told as a hysteresis, bends the stiffness; under one load nothing else tells it."""
+    other = TRUE.replace({'friction.Ff': 0.03}).with_effects('friction')
+    one = [experiment(CHANNELS, current, 0.588, k, muscle=other) for k, current in enumerate((0.27, 0.2))]
+    two = [one[0], experiment(CHANNELS, 0.2, 1.2, 2, muscle=other)]
+    assert one_load(one) and not one_load(two)
+    for runs, trusted in ((one, False), (two, True)):
+        fitted = in_turn(calibrate(runs, NOMINAL).fit)
+        (found,) = rivals_for(fitted, screen(fitted, ['hysteresis'])[0], None)
+        chosen = select(found.fit, [])
+        bent = replace(chosen, calibrated=fitted)
+        held, said = foretelling(bent.final, fitted).muscle['k0'], bent.final.muscle['k0']
+        assert (held == said) == trusted
+        if not trusted:
+            assert abs(np.log(held / NOMINAL['k0'])) < abs(np.log(said / NOMINAL['k0']))

@@ -16,9 +16,10 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
 )
 from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, rig_of
-from tcp_muscle_ros.diagnosis.answer.improvement import certainty, fits, noises, nominal_predictions, own_improvement
+from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
 from tcp_muscle_ros.diagnosis.answer.notes import on_shared, on_slips
+from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
@@ -124,13 +125,15 @@ def most_missed(selection: Selection) -> str | None:
     return max(standing, key=lambda name: missed[name] / noise[name].noise.sigma ** 2, default=None)
 
 
-def _findings(selection: Selection) -> tuple[Finding, ...]:
+def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Finding, ...]:
     final = selection.final
+    weights = final.problem.policy.odds
     found = []
     for c in selection.chosen:
         effect = c.definition
         values = _effect_values(final, c.effect)
         law = free_law(final, c.effect, c.nearest) if effect.free is not None else None
+        evidence = terms(selection, c, values, remains is not None)
         found.append(
             Finding(
                 c.effect,
@@ -138,11 +141,12 @@ def _findings(selection: Selection) -> tuple[Finding, ...]:
                 free_sentence(c.effect, law) if law else finding_sentence(c.effect, values, c.indistinguishable),
                 effect.equation,
                 values,
-                c.confidence * certainty(c.effect, values),
+                probability(evidence, weights),
                 c.indistinguishable,
                 own_improvement(selection, c.effect),
                 c.drop,
                 law,
+                evidence,
             )
         )
     # Physics before sensors, the stronger first.
@@ -237,7 +241,7 @@ def conclude(
     if channel is not None:
         stage = EFFECTS[selection.chosen[0].effect].stage if selection.chosen else STAGE_OF[worst or channel]
         location = locate(selection.calibrated, before, channel, stage)
-    findings = _findings(selection)
+    findings = _findings(selection, remains)
     errors = fits(selection, nominal)
     helps = selection.final.problem.policy.helps
     wrong = _parameters_wrong(selection, nominal) and any(
@@ -281,6 +285,7 @@ def conclude(
         ),
         seconds=dict(seconds),
         calibrated=selection.calibrated.muscle,
+        verdict_probability=of_verdict(verdict, findings),
         repeatability=dict.fromkeys(selection.structure_after),
         would_help=would_help(findings, proposal, experiments),
     )

@@ -76,7 +76,8 @@ class Finding:
 
     ``probability``: that it is there, rather than one of those it competes with or nothing; ``indistinguishable_from``:
     the others that the data admit as well. ``improvement``: the free-run error on data not used for the fit, by
-    channel that it changes: with all other findings but without this one, and with all.
+    channel that it changes: with all other findings but without this one, and with all. ``evidence``: what its
+    probability is made from, by term (answer/probability.py).
     """
 
     effect: str
@@ -89,6 +90,7 @@ class Finding:
     improvement: Mapping[str, Change]
     gain: float
     unlisted: FreeLaw | None = None
+    evidence: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def may_be_nothing(self) -> bool:

@@ -14,7 +14,8 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.recording.mending import RESUMED
 
 AMBIENT, START = 'ambient', 'initial_temperature'
-SEPARABLE = ('hA', 'C', 'R0', 'B', 'k0')
+STIFFNESS = 'k0'
+SEPARABLE = ('hA', 'C', 'R0', 'B', STIFFNESS)
 _OHMMETER = 0.1
 _MATERIAL = 0.3  # spread of the logarithm of what differs from one coil to the next of its kind
 _ANYWHERE = 50.0  # K, where a recording begins in the middle of something
@@ -106,15 +107,15 @@ def base_unknowns(
         names += ['R0']
     mechanical = channels & {'displacement', 'force'}
     if mechanical:
-        names += ['B', 'k0']
+        names += ['B', STIFFNESS]
     unknowns: list[Unknown] = []
     for name in names:
         owners: list[int | None] = list(range(len(experiments))) if separate.get(name) else [None]
         # A resistance that was not recorded still heats: it is then known as well as an ohmmeter's reading ages.
         spread = _OHMMETER if name == 'R0' and not seen_resistance else _LOG_SPREAD
         # Without a thermometer all temperatures could be twice as large: what is known of the materials anchors them.
-        spread = _MATERIAL if name == 'k0' and 'temperature' not in channels else spread
-        least = _softest(experiments, nominal) if name == 'k0' else 1e-12
+        spread = _MATERIAL if name == STIFFNESS and 'temperature' not in channels else spread
+        least = _softest(experiments, nominal) if name == STIFFNESS else 1e-12
         unknowns += [positive(nominal, name, owner, spread, least) for owner in owners]
     if 'R0' in names:
         row = SPECIFICATIONS['a_R']

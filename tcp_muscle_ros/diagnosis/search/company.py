@@ -164,7 +164,7 @@ def confirm(
         fits_in = effect in (strongest, SWINGS) or good_company(
             calibrated, bare, present, present.problem.policy.of_rest, apart=apart
         )
-        if gain.holds and fits_in:
+        if gain.holds and fits_in and begins(Rival(effect, present, penalised(present))):
             standing[effect] = gain, largest_share(calibrated, bare, present)
             other_conditions &= looked_at[0].whole is not None
         else:

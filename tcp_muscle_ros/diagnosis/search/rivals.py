@@ -130,13 +130,13 @@ def rivals_for(
 
 def begins(rival: Rival) -> bool:
     """Whether it is there at all, not next to nothing; and what the effect needs to be crossed, the muscle crosses or
-    nearly. Else it is another one in disguise."""
+    nearly; and its strength is not as far as it goes. Else it is another one in disguise."""
     definition, policy = rival.definition, rival.policy
     # Of a sensor or a room the log knows the instants and inputs no better than to a few per cent.
     told = definition.circumstance or definition.stage == 'sensor'
     if _largest(rival) < (policy.trace_of_circumstance if told else policy.trace_of_physics):
         return False
-    if definition.moments and follows_the_drive(rival):
+    if _spent(rival) or (definition.moments and follows_the_drive(rival)):
         return False
     for row in definition.fitted:
         if row.crossed:
@@ -224,10 +224,16 @@ def own(rival: Rival) -> bool:
     return any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
 
 
-def _at_its_end(rival: Rival) -> bool:
-    """Whether a parameter of it is as far as it goes, and not what it usually is there."""
+def _spent(rival: Rival) -> bool:
+    """Whether its strength is as far as it goes, in any recording."""
+    return _at_its_end(rival, f'{rival.effect}.{rival.definition.strength}')
+
+
+def _at_its_end(rival: Rival, name: str = '') -> bool:
+    """Whether a parameter of it (or that one) is as far as it goes, and not what it usually is there."""
     values = rival.fit.values
-    bounded = [(u, values[u.key]) for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.')]
+    own = [u for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.')]
+    bounded = [(u, values[u.key]) for u in own if name in ('', u.name)]
     return any(
         np.isclose(value, end, rtol=_END) and end != SPECIFICATIONS[u.name].value
         for u, value in bounded

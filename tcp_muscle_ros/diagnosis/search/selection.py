@@ -98,9 +98,7 @@ class Selection:
         return replace(self, final=final, structure_after=structure)
 
 
-def select(
-    calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None
-) -> Selection:
+def select(calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
     """Select effects on top of a calibrated fit.
 
     ``effects`` are the candidates by name. Returns every stage's evidence; accepting nothing is a full answer. Sudden
