@@ -85,7 +85,7 @@ def oracle(case: Case, label: Label) -> Outcome:
 def start_of(fitted: Fit, effect: str) -> Candidate:
     """Where to start the refit of an effect: the best of its variants in linear approximation."""
     found = Screen.of(fitted).candidates(effect)
-    return max(found, key=lambda candidate: candidate.worth)
+    return max(found, key=lambda candidate: candidate.worth(fitted.problem.policy.per_parameter))
 
 
 def whiteness_bic(case: Case, label: Label) -> Outcome:
