@@ -27,13 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('bags', nargs='+', metavar='BAG', help='recordings of one muscle')
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='MUSCLE.yaml', help='the parameter file to write')
-    parser.add_argument(
-        '--separate',
-        action='append',
-        default=[],
-        metavar='NAME',
-        help='a parameter that is fitted to each recording, e.g. B if every run has another specimen (repeatable)',
-    )
+    add_separate_argument(parser)
     add_force_argument(parser)
     add_bag_arguments(parser)
 
@@ -69,6 +63,17 @@ def run(args: argparse.Namespace) -> int:
     write_muscle(output, calibration, nominal.operating, 'tcp_muscle calibrate', args.params, force=args.force)
     print(f'{output}: loads into sim_node and replay; its intervals are beside it')
     return 0
+
+
+def add_separate_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--separate``."""
+    parser.add_argument(
+        '--separate',
+        action='append',
+        default=[],
+        metavar='NAME',
+        help='a parameter that is fitted to each recording, e.g. B if every run has another specimen (repeatable)',
+    )
 
 
 def refuse_unknown(separate: Sequence[str]) -> None:

@@ -9,6 +9,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
+from tcp_muscle_ros.commands.calibrate import add_separate_argument, refuse_unknown
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.files.outputs import add_force_argument
 
@@ -22,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``diagnose``."""
     parser.add_argument('bags', nargs='*', metavar='BAG', help='recordings of one muscle')
     add_parameter_argument(parser)
+    add_separate_argument(parser)
     parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for the report')
     add_force_argument(parser)
     add_bag_arguments(parser)
@@ -57,6 +59,7 @@ def _output(args: argparse.Namespace) -> Path:
     for option in ('jobs', 'scheduler'):
         if getattr(args, option) is not None:
             raise BadInput(f'--{option} goes with --manifest RUNS.yaml only')
+    refuse_unknown(args.separate)
     refuse_among(args.output, [*args.bags, args.params])
     return refuse_report(args.output, force=args.force)
 

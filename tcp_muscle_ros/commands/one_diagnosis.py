@@ -37,7 +37,8 @@ def diagnose_bags(
     from tcp_muscle_ros.settings.parameter_file import read
 
     nominal = read(params)
-    diagnosis, experiments = diagnosed(read_bags(options, *bags), nominal, progress)
+    separate = tuple(getattr(options, 'separate', ()))
+    diagnosis, experiments = diagnosed(read_bags(options, *bags), nominal, progress, separate)
     if progress:
         progress.stage('writing the report')
     asked = Asked(tuple(bags), params, str(place or output), reading_options(options))
@@ -46,9 +47,14 @@ def diagnose_bags(
 
 
 def diagnosed(
-    recordings: list[Recording], nominal: ParameterFile, progress: Progress | None = None
+    recordings: list[Recording],
+    nominal: ParameterFile,
+    progress: Progress | None = None,
+    separate: Sequence[str] = (),
 ) -> tuple[Diagnosis, list[Experiment]]:
     """Diagnose recordings of one muscle, partial where it was interrupted; and what of them the model followed.
+
+    ``separate``: the parameters that each recording has for itself.
 
     Empties ``recordings``: a long one is let go before it is replayed. Raises BadInput.
     """
@@ -62,7 +68,7 @@ def diagnosed(
     mended, experiments = prepared(recordings, nominal)
     beat = progress.beat if progress else None
     try:
-        diagnosis = diagnose(experiments, nominal.parameters, progress=beat)
+        diagnosis = diagnose(experiments, nominal.parameters, separate=separate, progress=beat)
     except Interrupted as stop:
         diagnosis = replace(stop.partial, partial=True)
     diagnosis = with_issues(diagnosis, recordings, mended, experiments)

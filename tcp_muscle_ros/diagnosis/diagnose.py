@@ -4,18 +4,23 @@ The steps are those of docs/diagnosis.md; each is a module of this room, this on
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values, conclude, summaries
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, NotTestable
+from tcp_muscle_ros.diagnosis.answer.repeating import beyond_what_differs, run_to_run
 from tcp_muscle_ros.diagnosis.fitting import switching
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
+from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import GAIN
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.noise.repeatability import Shares, between_runs
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.selection import Selection
@@ -36,6 +41,7 @@ def diagnose(
     experiments: Sequence[Experiment],
     nominal: Parameters,
     *,
+    separate: Sequence[str] = (),
     progress: Callable[[], None] | None = None,
 ) -> Diagnosis:
     """Diagnose recordings of one muscle against a nominal muscle.
@@ -43,12 +49,13 @@ def diagnose(
     Args:
         experiments: prepared recordings.
         nominal: the muscle as the user believes it to be.
+        separate: parameters that each recording has for itself (such as ``B`` where every run is another specimen).
         progress: called now and then.
 
     Raises:
         Interrupted: on Ctrl-C, with what is known.
     """
-    work = _Work(tuple(experiments), nominal, progress)
+    work = _Work(tuple(experiments), nominal, progress, tuple(separate))
     try:
         return work.done()
     except KeyboardInterrupt:
@@ -59,9 +66,13 @@ class _Work:
     """The diagnosis while it is being made, so that an interruption keeps what is there."""
 
     def __init__(
-        self, experiments: tuple[Experiment, ...], nominal: Parameters, progress: Callable[[], None] | None
+        self,
+        experiments: tuple[Experiment, ...],
+        nominal: Parameters,
+        progress: Callable[[], None] | None,
+        separate: tuple[str, ...],
     ) -> None:
-        self.experiments, self.nominal, self.progress = experiments, nominal, progress
+        self.experiments, self.nominal, self.progress, self.separate = experiments, nominal, progress, separate
         self.calibration: Calibration | None = None
         self.selection: Selection | None = None
         self.seconds: dict[str, float] = {}
@@ -71,7 +82,7 @@ class _Work:
         if why:
             return self._without_result('insufficient_data', why)
         start = time.monotonic()
-        self.calibration = calibrate(self.experiments, self.nominal, progress=self.progress)
+        self.calibration = self._calibrated()
         settled = self._switched(self.calibration.fit)
         self.seconds['calibrate'] = time.monotonic() - start
         if not any(e.fixed for e in (*self.calibration.estimates, *self.calibration.combinations)):
@@ -82,19 +93,41 @@ class _Work:
         self.selection = self._selected(self.calibration, testable)
         if not settled and self._switched(self.selection.final):  # beside effects that hid it
             self.selection = self._selected(self.calibration, testable)
+        repeated = between_runs(self.experiments)
+        apart = differing(self.selection.final, repeated)
+        if apart:
+            self.selection = self._beside_what_differs({name: repeated[name] for name in apart}, testable)
         self.seconds['select'] = time.monotonic() - start
-        return conclude(self.selection, self.nominal, untried, self.seconds)
+        runs = run_to_run(self.selection, self.nominal, repeated, apart)
+        return conclude(self.selection, self.nominal, untried, self.seconds, runs)
 
-    def _selected(self, calibration: Calibration, testable: Sequence[str]) -> Selection:
-        found = select_twice(as_well_as_read(in_turn(calibration.fit)), testable, self.progress)
+    def _calibrated(self) -> Calibration:
+        return calibrate(self.experiments, self.nominal, separate=self.separate, progress=self.progress)
+
+    def _selected(
+        self, calibration: Calibration, testable: Sequence[str], repeated: Mapping[str, Shares] | None = None
+    ) -> Selection:
+        bare = as_well_as_read(in_turn(calibration.fit))
+        found = select_twice(allowing(bare, repeated) if repeated else bare, testable, self.progress)
         return with_free_law(found, self.progress)
+
+    def _beside_what_differs(self, repeated: Mapping[str, Shares], testable: Sequence[str]) -> Selection:
+        """Select once more, each recording with what runs of one protocol do not share for itself: its gain, where
+        that is most of it, and a course of its own."""
+        if not self.separate and any(found.gains_differ for name, found in repeated.items() if name in STROKE):
+            self.separate = (GAIN,)
+            self.calibration = self._calibrated()
+        assert self.calibration is not None
+        if all(set(e.observed) <= set(repeated) for e in self.experiments):  # no channel tells a circumstance from it
+            testable = [e for e in testable if not EFFECTS[e].circumstance]
+        return beyond_what_differs(self._selected(self.calibration, testable, repeated), repeated)
 
     def _switched(self, fitted: Fit) -> bool:
         """Where a fit shows that the drive switched between two samples of its record: calibrate once more."""
         found = False
         while (moved := switching.settled(self.experiments, fitted)) is not None:
             self.experiments = moved
-            self.calibration = calibrate(moved, self.nominal, progress=self.progress)
+            self.calibration = self._calibrated()
             fitted, found = self.calibration.fit, True
         return found
 

@@ -68,22 +68,25 @@ def calibrate(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple
     return Calibrated(found, nominal.operating)
 
 
-def diagnose(*recordings: Source, params: Params = DEFAULT_SET) -> Diagnosed:
+def diagnose(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple[str, ...] = ()) -> Diagnosed:
     """Say which physics recordings show that the model lacks, as ``tcp_muscle diagnose``.
 
     Args:
         recordings: frames, bags or lab files, of one muscle.
         params: the muscle as it is believed to be.
+        separate: parameters that each recording has for itself, as of ``calibrate``.
 
     Raises:
         BadInput: a recording is not what its channels are called.
     """
+    from tcp_muscle_ros.commands.calibrate import refuse_unknown
     from tcp_muscle_ros.commands.one_diagnosis import diagnosed
     from tcp_muscle_ros.commands.progress import Progress
 
+    refuse_unknown(separate)
     nominal = _parameters(params)
     with Progress('diagnosing') as progress:
-        found, experiments = diagnosed(_all(recordings), nominal, progress)
+        found, experiments = diagnosed(_all(recordings), nominal, progress, separate)
     return Diagnosed(found, tuple(experiments), nominal.operating)
 
 

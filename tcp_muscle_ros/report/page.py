@@ -102,6 +102,7 @@ def _told(d: Diagnosis) -> dict[str, Any]:
         'repeatability': ', '.join(
             f'{name} {error_text(name, value)}' for name, value in d.repeatability.items() if value is not None
         ),
+        'runs': _runs(d),
         'improved': IMPROVED,
         'rig': RIG,
         'seconds': f'{sum(d.seconds.values()):.0f}' if d.seconds else '',
@@ -225,6 +226,20 @@ def _not_testable(d: Diagnosis) -> list[list[str]]:
     for n in d.not_testable:
         by_reason.setdefault(n.why, []).append(plain(n.effect))
     return [[', '.join(effects), why] for why, effects in by_reason.items()]
+
+
+def _runs(d: Diagnosis) -> list[list[str]]:
+    """What each run has for itself."""
+    return [
+        [
+            r.name,
+            '-' if r.protocol is None else str(r.protocol),
+            number(r.gain),
+            f'{number(r.time_constant)} s',
+            f'{100.0 * r.error:.1f} %',
+        ]
+        for r in d.runs
+    ]
 
 
 def _recordings(d: Diagnosis) -> list[list[str]]:

@@ -21,6 +21,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     FreeLaw,
     Proposal,
     RecordingSummary,
+    Run,
     Value,
 )
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
@@ -42,6 +43,7 @@ def as_data(diagnosis: Diagnosis) -> dict[str, Any]:
             'recordings': [_recording(r) for r in d.recordings],
             'noise': d.noise,
             'repeatability': {name: d.repeatability.get(name) for name in d.noise},
+            'runs': [_run(r) for r in d.runs],
             'verdict': d.verdict,
             'verdict_probability': d.verdict_probability,
             'calibration': {name: _value(at_edge(name, v)) for name, v in {**d.calibration, **d.sensors}.items()},
@@ -83,6 +85,16 @@ def _recording(r: RecordingSummary) -> dict[str, object]:
         'rate_hz': r.rate,
         'channels': r.channels,
         'issues': r.issues,
+    }
+
+
+def _run(r: Run) -> dict[str, object]:
+    return {
+        'path': r.name,
+        'protocol': r.protocol,
+        'gain': r.gain,
+        'time_constant_s': r.time_constant,
+        'rmse_of_peak': r.error,
     }
 
 

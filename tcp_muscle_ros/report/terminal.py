@@ -34,7 +34,8 @@ def summary(diagnosis: Diagnosis, report: object = None) -> str:
     lines = wrap(d.headline, WIDTH, max_lines=_SENTENCE, placeholder=' ...')
     partial = 'INTERRUPTED, partial ' if d.partial else ''
     lines.append(f'{partial}verdict: {VERDICTS[d.verdict]} ({d.verdict})')
-    lines += [_recordings(d), *_location(d), *_findings(d), *_calibration(d), *_fit(d), *_unexplained(d)]
+    lines += [_recordings(d), *_repeatability(d), *_location(d), *_findings(d)]
+    lines += [*_calibration(d), *_fit(d), *_unexplained(d)]
     if d.not_testable:
         lines.append('not testable here: ' + ', '.join(plain(n.effect) for n in d.not_testable))
     if d.next_experiment:
@@ -58,6 +59,11 @@ def _recordings(d: Diagnosis) -> str:
     count = f'{len(d.recordings)} recording{"s" if len(d.recordings) != 1 else ""}'
     remarks = f'; {issues} remark{"s" if issues != 1 else ""} on their quality in the report' if issues else ''
     return f'{count}, {total:.0f} s: {", ".join(channels)}{remarks}'
+
+
+def _repeatability(d: Diagnosis) -> list[str]:
+    told = [f'{name} {error_text(name, size)}' for name, size in d.repeatability.items() if size is not None]
+    return [f'runs of one protocol differ by: {", ".join(told)}'] if told else []
 
 
 def _location(d: Diagnosis) -> list[str]:

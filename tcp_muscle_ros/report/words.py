@@ -13,7 +13,7 @@ from tcp_muscle_ros.report.tables import SHOWN
 VERDICTS = {
     'match': 'the simulation matches the recordings',
     'wrong_parameters': 'the parameters are wrong, the physics is not',
-    'not_repeatable': 'the recordings repeat no better than the simulation predicts them',
+    'not_repeatable': 'predicted about as well as the runs repeat each other',
     'sensor_or_setup': 'a sensor or the set-up differs, not the muscle',
     'missing_physics': 'physics is missing from the simulation',
     'unexplained': 'something is missing that no listed effect explains',

@@ -141,9 +141,8 @@ def test_missing_and_existing_files_are_one_line(made, tmp_path):
     assert 'nothere.yaml' in refused('replay', made / 'plain', '--params', tmp_path / 'nothere.yaml')
     assert 'plain' in refused('simulate', made / 'protocol.yaml', '--output', made / 'plain')
     assert 'folder' in refused('calibrate', made / 'plain', '--output', tmp_path / 'no' / 'mine.yaml')
-    assert 'expected one of' in refused(
-        'calibrate', made / 'plain', '--output', tmp_path / 'mine.yaml', '--separate', 'b'
-    )
+    for command in ('calibrate', 'diagnose'):
+        assert 'expected one of' in refused(command, made / 'plain', '--output', tmp_path / 'mine', '--separate', 'b')
     (tmp_path / 'empty.mcap').write_bytes(b'')
     assert 'empty.mcap' in refused('replay', tmp_path / 'empty.mcap', '--params', 'karami_tadesse_2017')
 

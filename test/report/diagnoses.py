@@ -17,6 +17,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Proposal,
     Ranked,
     RecordingSummary,
+    Run,
     Series,
     Step,
     Value,
@@ -321,6 +322,7 @@ def not_repeatable():
         verdict='not_repeatable',
         verdict_probability=0.9,
         repeatability={'displacement': 4e-4, 'temperature': None},
+        runs=(Run('one', 1, 0.8, 7.1, 0.05), Run('other', 1, 1.25, 14.9, 0.06), Run('alone', None, 1.0, 9.0, 0.04)),
     )
 
 

@@ -11,6 +11,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Proposal,
     Ranked,
     RecordingSummary,
+    RunToRun,
     Series,
     Value,
 )
@@ -20,6 +21,7 @@ from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_pr
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
 from tcp_muscle_ros.diagnosis.answer.notes import on_shared, on_slips
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
+from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, notes_on_runs, said_of_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
@@ -30,7 +32,6 @@ from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
 from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained, locate, worst_channel
-from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
@@ -53,21 +54,22 @@ def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]
 
 
 def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = None) -> dict[str, Value]:
-    """The calibrated parameters of the muscle, with intervals.
+    """The calibrated parameters of the muscle, with intervals; what each recording has for itself as ``B [2]``.
 
     What the effects move them by, as against a fit ``without`` any, is known as well as the effects' form is.
     """
     bare = dict(zip((u.key for u in without.problem.unknowns), without.z, strict=True)) if without else {}
     found = {}
     for k, u in enumerate(fitted.problem.unknowns):
-        if u.recording is not None or '.' in u.name or u.name in (AMBIENT, START):
+        if '.' in u.name or u.name in (AMBIENT, START):
             continue
         form = fitted.problem.policy.form
         low, high = fitted.interval(k, beside=form * abs(float(fitted.z[k]) - bare.get(u.key, float(fitted.z[k]))))
         value = u.from_fit(float(fitted.z[k]))
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
-        found[u.name] = Value(value, low, high, unit_of(u.name), nominal[u.name], fixed, edge)
+        owner = '' if u.recording is None else f' [{u.recording + 1}]'
+        found[u.name + owner] = Value(value, low, high, unit_of(u.name), nominal[u.name], fixed, edge)
     return found
 
 
@@ -193,13 +195,15 @@ def _parameters_wrong(selection: Selection, nominal: Parameters) -> bool:
     return bool(distance > fitted.problem.policy.least_drop + len(mine) and np.max(np.abs(shift) / scale) > _MATTERS)
 
 
-def _verdict(findings: Sequence[Finding], unexplained: Unexplained | None, wrong: bool) -> str:
+def _verdict(findings: Sequence[Finding], unexplained: Unexplained | None, apart: bool, wrong: bool) -> str:
     if any(f.stage != 'sensor' for f in findings):
         return 'missing_physics'
     if unexplained is not None:
         return 'unexplained'
     if findings:
         return 'sensor_or_setup'
+    if apart:
+        return 'not_repeatable'
     return 'wrong_parameters' if wrong else 'match'
 
 
@@ -231,10 +235,15 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
 
 
 def conclude(
-    selection: Selection, nominal: Parameters, untried: Mapping[str, str], seconds: Mapping[str, float]
+    selection: Selection,
+    nominal: Parameters,
+    untried: Mapping[str, str],
+    seconds: Mapping[str, float],
+    runs: RunToRun | None = None,
 ) -> Diagnosis:
-    """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why."""
-    remains = unexplained(selection) or selection.unnamed
+    """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why; ``runs``: how
+    runs of one protocol differ."""
+    remains = left_unexplained(selection, runs)
     before = selection.structure_before
     channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
     location = None
@@ -247,7 +256,7 @@ def conclude(
     wrong = _parameters_wrong(selection, nominal) and any(
         f.held_out is not None and f.held_out.before < helps * f.nominal for f in errors.values()
     )
-    verdict = _verdict(findings, remains, wrong)
+    verdict = _verdict(findings, remains, runs is not None and bool(runs.channel), wrong)
     proposal = _proposal(selection)
     refitted = selection.first.refitted
     ranking = tuple(
@@ -256,13 +265,13 @@ def conclude(
     experiments = selection.final.problem.experiments
     improved, ages = improved_muscle(selection), ages_of(selection.final.problem)
     return Diagnosis(
-        headline=headline(verdict, findings, location, errors, remains),
+        headline=headline(verdict, findings, location, errors, remains, said_of_runs(runs)),
         verdict=verdict,
         recordings=summaries(experiments),
         noise=noises(selection),
         calibration=calibrated_values(selection.final, nominal, selection.calibrated),
         sensors=_sensors(selection.final, selection.chosen),
-        location=location if verdict not in ('match', 'wrong_parameters') else None,
+        location=location if verdict not in ('match', 'wrong_parameters', 'not_repeatable') else None,
         findings=findings,
         fit=errors,
         ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
@@ -275,19 +284,24 @@ def conclude(
         rig=rig_of(selection.final),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=(
-            *notes(experiments),
-            *_age(improved, ages),
-            *on_slips(selection),
-            *on_shared(selection, remains),
-            *_unseen(selection),
-            *_cut_short(selection),
-        ),
+        notes=(*notes_on_runs(runs), *_notes(selection, remains), *_age(improved, ages)),
         seconds=dict(seconds),
         calibrated=selection.calibrated.muscle,
         verdict_probability=of_verdict(verdict, findings),
-        repeatability=dict.fromkeys(selection.structure_after),
+        repeatability={name: runs.sizes.get(name) if runs else None for name in selection.structure_after},
+        runs=runs.runs if runs else (),
         would_help=would_help(findings, proposal, experiments),
+    )
+
+
+def _notes(selection: Selection, remains: Unexplained | None) -> tuple[str, ...]:
+    """What is to be known beside the findings."""
+    return (
+        *notes(selection.final.problem.experiments),
+        *on_slips(selection),
+        *on_shared(selection, remains),
+        *_unseen(selection),
+        *_cut_short(selection),
     )
 
 

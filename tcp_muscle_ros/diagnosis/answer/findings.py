@@ -46,6 +46,37 @@ class Change:
 
 
 @dataclass(frozen=True)
+class Run:
+    """What one recording has for itself: its ``gain`` over the mean of all, its ``time_constant`` (s), and what the
+    model misses of it, as a share of its peak. ``protocol``: a number that runs of the same have, None for a single
+    one."""
+
+    name: str
+    protocol: int | None
+    gain: float
+    time_constant: float
+    error: float
+
+
+@dataclass(frozen=True)
+class RunToRun:
+    """What runs of one protocol do not share: by channel (SI) in ``sizes``.
+
+    Where that is more than noise, ``channel`` shows it most: ``repeatability`` with a gain of its own for each run,
+    ``plain`` without, and the ``error`` of the improved model, all as shares of the peak; ``own_gain``: whether each
+    recording was given one; ``runs``: one by one.
+    """
+
+    sizes: Mapping[str, float]
+    channel: str = ''
+    repeatability: float = float('nan')
+    plain: float = float('nan')
+    error: float = float('nan')
+    own_gain: bool = False
+    runs: tuple[Run, ...] = ()
+
+
+@dataclass(frozen=True)
 class RecordingSummary:
     """One recording as it was read."""
 
@@ -188,6 +219,7 @@ class Diagnosis:
     each; ``rig`` what the instruments do.
 
     ``repeatability``: by channel what runs of one protocol do not share (SI), None where there are no replicates.
+    ``runs``: what each has for itself where they differ.
     ``would_help``: what to record so that an undecided question can be decided, where no planned experiment would.
     """
 
@@ -215,6 +247,7 @@ class Diagnosis:
     seconds: Mapping[str, float] = field(default_factory=dict)
     calibrated: Parameters | None = None
     repeatability: Mapping[str, float | None] = field(default_factory=dict)
+    runs: tuple[Run, ...] = ()
     verdict_probability: float | None = None
     would_help: tuple[str, ...] = ()
 

@@ -60,4 +60,4 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
         for name, f in d.fit.items()
         if name in after
     }
-    return replace(d, fit=fit, headline=headline(d.verdict, d.findings, d.location, fit, d.unexplained))
+    return replace(d, fit=fit, headline=headline(d.verdict, d.findings, d.location, fit, d.unexplained, d.headline))

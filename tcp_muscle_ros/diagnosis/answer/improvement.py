@@ -79,7 +79,7 @@ def own_improvement(selection: Selection, effect: str) -> dict[str, Change]:
     """
     final = selection.final
     sudden = effect == SLIPS and effect not in final.problem.parameters.effects
-    without = slips.taken_out(final) if sudden else _without(selection, effect)
+    without = slips.taken_out(final) if sudden else fitted_without(selection, effect)
     changed = {slip.channel for slip in final.problem.slips} if sudden else None
     before = of_samples(final, held_out(without, selection.kept_back).rmse())
     after = of_samples(final, selection.after.rmse())
@@ -87,7 +87,8 @@ def own_improvement(selection: Selection, effect: str) -> dict[str, Change]:
     return {name: Change(before[name], after[name]) for name in after if name in channels and name in before}
 
 
-def _without(selection: Selection, effect: str) -> Fit:
+def fitted_without(selection: Selection, effect: str) -> Fit:
+    """The fit without one of the effects that were chosen, all else fitted anew."""
     if len(selection.chosen) == 1 and selection.leapt is None:
         return selection.calibrated
     fitted = draught.without_course(selection.final) if effect == COURSE else selection.final

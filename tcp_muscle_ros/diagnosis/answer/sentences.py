@@ -19,6 +19,11 @@ def words(effect: str) -> str:
     return effect.replace('_', ' ')
 
 
+def quantity(channel: str) -> str:
+    """What people call a channel."""
+    return _QUANTITY[channel][0]
+
+
 def amount(channel: str, value: float) -> str:
     """A size in the unit that people use for the channel."""
     _, unit, factor = _QUANTITY[channel]
@@ -87,17 +92,18 @@ def headline(
     location: Location | None,
     fits: Mapping[str, ChannelFit],
     unexplained: Unexplained | None,
+    repeats: str = '',
 ) -> str:
-    """The one plain sentence that opens the report."""
+    """The one plain sentence that opens the report; ``repeats``: it, where it is about how the runs repeat each
+    other."""
     if verdict == 'match':
         return 'The simulation agrees with the recordings to within their noise.'
     if verdict == 'wrong_parameters':
         return f'The physics is right, the parameters are those of another muscle; {_recalibrated(fits)}.'
     if verdict == 'not_repeatable':
-        return (
-            'Runs of the same protocol differ from each other by as much as they differ from the simulation. No model '
-            'can predict them better than they repeat.'
-        )
+        return repeats
+    if location is None and repeats:
+        return repeats
     if location is None:
         if unexplained is None:
             return 'The recordings differ from the simulation.'

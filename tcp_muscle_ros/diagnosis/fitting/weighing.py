@@ -17,7 +17,7 @@ def structures(fitted: Fit) -> dict[str, Structure]:
     """The generic model of what a fit leaves, by channel."""
     problem = fitted.problem
     outputs, left = fitted.outputs, fitted.weighed
-    floor, twice = quick_noise(problem.experiments), done_twice(problem.experiments)
+    floor, twice = _floor(problem), done_twice(problem.experiments)
     most = problem.policy.single_readings
     found = {}
     for name in sorted({n for e in problem.experiments for n in e.observed}):
@@ -27,8 +27,16 @@ def structures(fitted: Fit) -> dict[str, Structure]:
         mine = [left[k][name] for k in owners]
         averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
         repeated = pure_error(problem.experiments, left, name, twice)
-        found[name] = structure(mine, times, drive, floor[name].sigma, repeated, averaged, name, most)
+        found[name] = structure(mine, times, drive, floor[name], repeated, averaged, name, most)
     return found
+
+
+def _floor(problem: Problem) -> dict[str, float]:
+    """The quick noise (SI) of each channel, with what differs from run to run as quickly."""
+    return {
+        name: float(np.hypot(n.sigma, np.median([latent.allowance(name).apart for latent in problem.latents])))
+        for name, n in quick_noise(problem.experiments).items()
+    }
 
 
 def robust_noise(fitted: Fit, found: dict[str, Structure]) -> dict[str, Noise]:

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent, Slip
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START, Unknown
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, SEPARABLE, START, Unknown
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
 from tcp_muscle_ros.diagnosis.noise.discrepancy import expected, whitening_of
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
@@ -100,9 +100,12 @@ class Problem:
         return {u.key: u.from_fit(float(zi)) for u, zi in zip(self.unknowns, z, strict=True)}
 
     def muscle(self, values: Values, recording: int | None = None) -> Parameters:
-        """The muscle that these values make, for one recording where some unknowns are its own."""
+        """The muscle that these values make, for one recording where some unknowns are its own; for none the typical
+        one."""
         mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
-        if recording is not None:
+        if recording is None:
+            mine |= _typical(values)
+        else:
             before = {'1': self.latents[recording].cycles, 's': self.latents[recording].used}
             mine |= {name: self.parameters[name] + before[SPECIFICATIONS[name].unit] for name in self.ages}
         return self.parameters.replace(mine)
@@ -229,6 +232,15 @@ def without_effect(problem: Problem, effect: str) -> tuple[Problem, list[int]]:
     effects = tuple(e for e in problem.parameters.effects if e != effect)
     unknowns = tuple(problem.unknowns[k] for k in kept)
     return replace(problem, parameters=problem.parameters.only_effects(effects), unknowns=unknowns), kept
+
+
+def _typical(values: Values) -> dict[str, float]:
+    """The geometric mean of each parameter of the muscle (above zero) that every recording has for itself."""
+    own: dict[str, list[float]] = {}
+    for (name, owner), value in values.items():
+        if owner is not None and name in SEPARABLE:
+            own.setdefault(name, []).append(value)
+    return {name: float(np.exp(np.mean(np.log(found)))) for name, found in own.items()}
 
 
 def _steps(muscle: Parameters, experiment: Experiment) -> float:

@@ -16,6 +16,7 @@ from tcp_muscle_ros.recording.mending import RESUMED
 AMBIENT, START = 'ambient', 'initial_temperature'
 STIFFNESS = 'k0'
 SEPARABLE = ('hA', 'C', 'R0', 'B', STIFFNESS)
+GAIN, CAPACITY = 'B', 'C'  # by which specimens of one kind differ: their stroke, their time constant
 _OHMMETER = 0.1
 _MATERIAL = 0.3  # spread of the logarithm of what differs from one coil to the next of its kind
 _ANYWHERE = 50.0  # K, where a recording begins in the middle of something

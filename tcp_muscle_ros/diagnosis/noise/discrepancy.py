@@ -20,17 +20,20 @@ class Allowance:
     """In which ways one channel of one recording may err, each a column as large (SI) as it usually does, shape (m, n).
 
     ``forms``: the model, by what its forms may miss; ``readings``: what was imposed, and the instants, by what the
-    instruments do not tell. ``calm``: what values weigh that were taken while a weight may swing.
+    instruments do not tell; ``runs``: what differs from run to run, and ``apart``: the standard deviation (SI) of that
+    which is as quick as noise. ``calm``: what values weigh that were taken while a weight may swing.
     """
 
     forms: Array | None = None
     readings: Array | None = None
+    runs: Array | None = None
+    apart: float = 0.0
     calm: float = 1.0
 
     @cached_property
     def ways(self) -> Array | None:
         """All in which it may err, shape (m, n); None: none."""
-        known = [columns for columns in (self.forms, self.readings) if columns is not None]
+        known = [columns for columns in (self.forms, self.readings, self.runs) if columns is not None]
         return np.hstack(known) if known else None
 
     def weight(self, observed: Observed) -> Array:
@@ -41,8 +44,8 @@ class Allowance:
 
     def only(self, keep: Mask) -> 'Allowance':
         """That of some of the values."""
-        forms, readings = (None if columns is None else columns[keep] for columns in (self.forms, self.readings))
-        return replace(self, forms=forms, readings=readings)
+        each = ((name, getattr(self, name)) for name in ('forms', 'readings', 'runs'))
+        return replace(self, **{name: columns[keep] for name, columns in each if columns is not None})
 
 
 NO_ALLOWANCE = Allowance()

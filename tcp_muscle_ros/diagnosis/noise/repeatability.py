@@ -10,9 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.noise.replicates import Protocol, protocols
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.muscle.arrays import Array
 
+BEFORE = 2.0  # s before the switch, from which runs are compared
 SCALES = (2.0, 10.0)  # s: quicker than the first, between them, slower than the last
+_MOSTLY = 0.5  # of a variance
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,73 @@ def repeatability(time: Array, values: Array) -> Repeatability | None:
         free * _rms(own),
         tuple(free * _rms(piece) if piece is not None else float('nan') for piece in pieces),
         _foretold(values),
+    )
+
+
+@dataclass(frozen=True)
+class Shares:
+    """What runs of one protocol do not share of a channel, each as a share of the runs' peak to peak.
+
+    Root mean squares over all runs of which there are several; ``peak`` (SI) their mean peak to peak. Else as
+    ``Repeatability``.
+    """
+
+    runs: int
+    peak: float
+    plain: float
+    own_gain: float
+    by_scale: tuple[float, ...]
+    foretold: float
+
+    @property
+    def gains_differ(self) -> bool:
+        """Whether most of what the runs do not share is their gain."""
+        return self.own_gain**2 < _MOSTLY * self.plain**2
+
+
+def between_runs(experiments: Sequence[Experiment]) -> dict[str, Shares]:
+    """How well recordings of one protocol repeat each other, by channel; without those of which there are no two."""
+    found: dict[str, list[Repeatability]] = {}
+    for protocol in protocols(experiments):
+        for name in sorted(set.intersection(*(set(experiments[k].observed) for k in protocol.recordings))):
+            one = repeatability(*side_by_side(experiments, protocol, name))
+            if one is not None:
+                found.setdefault(name, []).append(one)
+    return {name: _pooled(several) for name, several in found.items()}
+
+
+def side_by_side(experiments: Sequence[Experiment], protocol: Protocol, channel: str) -> tuple[Array, Array]:
+    """Instants (s) from the switch on, and a channel of each run at them, shape (runs, n); a zero that is the rig's is
+    what was shown before."""
+    columns = [experiments[k].observed[channel] for k in protocol.recordings]
+    step = max(float(np.median(np.diff(o.time))) for o in columns)
+    since = [o.time - begin for o, begin in zip(columns, protocol.begins, strict=True)]
+    first, last = max(float(t[0]) for t in since), min(float(t[-1]) for t in since)
+    if all(abs(experiments[k].imposed.drive[0]) < 1e-12 for k in protocol.recordings):
+        first = max(first, -BEFORE)  # at rest before: nothing that could differ
+    time = np.arange(first, last, step)
+    values = np.stack([np.interp(time, t, o.value) for t, o in zip(since, columns, strict=True)])
+    if channel in STROKE and np.any(time <= 0.0):
+        values = values - np.median(values[:, time <= 0.0], axis=1)[:, None]
+    return time, values
+
+
+def _pooled(found: Sequence[Repeatability]) -> Shares:
+    """Of several protocols, each run counting alike."""
+    runs = np.array([one.runs for one in found], dtype=float)
+
+    def mean(sizes: Sequence[float]) -> float:
+        shares = np.array([size / max(one.peak, 1e-300) for size, one in zip(sizes, found, strict=True)])
+        known = np.isfinite(shares)
+        return float(np.sqrt(np.average(shares[known] ** 2, weights=runs[known]))) if known.any() else float('nan')
+
+    return Shares(
+        int(runs.sum()),
+        float(np.average([one.peak for one in found], weights=runs)),
+        mean([one.plain for one in found]),
+        mean([one.own_gain for one in found]),
+        tuple(mean([one.by_scale[k] for one in found]) for k in range(len(SCALES) + 1)),
+        mean([one.foretold for one in found]),
     )
 
 

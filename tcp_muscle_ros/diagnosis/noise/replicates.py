@@ -1,6 +1,7 @@
 """Repeated cycles and recordings: what was done twice was seen to differ by noise, whatever the model lacks."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -80,6 +81,34 @@ def done_twice(experiments: Sequence[Experiment]) -> list[Twice]:
         found = copies(experiments[k].imposed, experiments[other].imposed)
         pairs += [(k, other, found)] if found else []
     return pairs
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """Recordings in which the same was done: their places, from 0, and when the drive first came on in each, s."""
+
+    recordings: tuple[int, ...]
+    begins: tuple[float, ...]
+
+
+def protocols(experiments: Sequence[Experiment]) -> list[Protocol]:
+    """The protocols of which there are several runs, whatever the runs are called."""
+    of = list(range(len(experiments)))  # the first recording of the same protocol
+    for k, other, _ in done_twice(experiments):
+        if k != other:
+            of = [min(of[k], of[other]) if one in (of[k], of[other]) else one for one in of]
+    found = []
+    for first in sorted(set(of)):
+        runs = tuple(k for k, one in enumerate(of) if one == first)
+        if len(runs) > 1:
+            found.append(Protocol(runs, tuple(_comes_on(experiments[k].imposed) for k in runs)))
+    return found
+
+
+def _comes_on(imposed: Imposed) -> float:
+    """When the drive comes on for the first time, s."""
+    level = 0.1 * max(float(np.ptp(imposed.drive)), 1e-12)
+    return float(imposed.time[np.argmax(np.diff(imposed.drive, prepend=imposed.drive[0]) > level)])
 
 
 def pure_error(

@@ -1,0 +1,166 @@
+"""How well runs of one protocol repeat each other, what each run has for itself, and how that is said."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.answer.findings import Run, RunToRun
+from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without, own_improvement
+from tcp_muscle_ros.diagnosis.answer.sentences import quantity
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
+from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import CAPACITY, GAIN
+from tcp_muscle_ros.diagnosis.noise.repeatability import Shares
+from tcp_muscle_ros.diagnosis.noise.replicates import protocols
+from tcp_muscle_ros.diagnosis.search.holdout import held_out
+from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
+from tcp_muscle_ros.diagnosis.search.remaining import unexplained
+from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.muscle import Parameters
+
+_PLAINLY = 1.5  # times what differs from run to run: more has another cause
+_TOLD = 1.2  # times: a factor that is worth saying
+
+
+def run_to_run(
+    selection: Selection, nominal: Parameters, repeated: Mapping[str, Shares], apart: Sequence[str]
+) -> RunToRun | None:
+    """How runs of one protocol differ; None where there are no two.
+
+    Args:
+        selection: what was found.
+        nominal: where the calibration of each run's own values starts.
+        repeated: what runs of one protocol do not share, by channel.
+        apart: the channels in which they differ by more than noise, and which were allowed to.
+    """
+    if not repeated:
+        return None
+    own = any(u.recording is not None and u.name == GAIN for u in selection.final.problem.unknowns)
+    sizes = {name: (found.own_gain if own else found.plain) * found.peak for name, found in repeated.items()}
+    if not apart:
+        return RunToRun(sizes)
+    channel = max(apart, key=lambda name: repeated[name].own_gain)
+    found = repeated[channel]
+    error = _error(selection.final, channel)
+    return RunToRun(sizes, channel, found.own_gain, found.plain, error, own, _runs(selection.final, nominal, channel))
+
+
+def _error(fitted: Fit, channel: str) -> float:
+    """Root mean square of what the model misses in the runs that are repeated, as a share of each run's peak."""
+    experiments = fitted.problem.experiments
+    several = [k for p in protocols(experiments) for k in p.recordings if channel in experiments[k].observed]
+    return float(np.sqrt(np.mean([_share(fitted, k, channel) ** 2 for k in several])))
+
+
+def _share(fitted: Fit, k: int, channel: str) -> float:
+    left, seen = fitted.left[k][channel], fitted.problem.experiments[k].observed[channel].value
+    return float(np.sqrt(np.mean(left**2))) / max(float(np.ptp(seen)), 1e-300)
+
+
+def _runs(fitted: Fit, nominal: Parameters, channel: str) -> tuple[Run, ...]:
+    """Gain and time constant of each run, fitted to all of them with these two for each."""
+    experiments = fitted.problem.experiments
+    each = calibrate(experiments, nominal, separate=(GAIN, CAPACITY))
+    gains = {e.recording: e.value for e in each.estimates if e.name == GAIN}
+    slow = {e.recording: e.value for e in each.combinations if e.name == f'{CAPACITY}/hA'}
+    usual = float(np.exp(np.mean(np.log(list(gains.values())))))
+    of = {k: number for number, p in enumerate(protocols(experiments), 1) for k in p.recordings}
+    return tuple(
+        Run(e.name, of.get(k), gains[k] / usual, slow[k], _share(fitted, k, channel))
+        for k, e in enumerate(experiments)
+        if channel in e.observed
+    )
+
+
+def beyond_what_differs(selection: Selection, repeated: Mapping[str, Shares]) -> Selection:
+    """The selection without the physics that lowers the mean square error on unseen data by less than what runs of one
+    protocol differ by, in the channels in which they do."""
+    for chosen in sorted(selection.chosen, key=lambda c: c.drop):
+        if chosen.definition.stage == 'sensor' or chosen.effect == SLIPS:
+            continue
+        changes = own_improvement(selection, chosen.effect)
+        if set(changes) <= set(repeated) and not any(
+            change.before**2 - change.after**2 > (repeated[name].own_gain * repeated[name].peak) ** 2
+            for name, change in changes.items()
+        ):
+            selection = _without(selection, chosen.effect)
+    return selection
+
+
+def _without(selection: Selection, effect: str) -> Selection:
+    """The selection without one of its effects."""
+    left = tuple(c for c in selection.chosen if c.effect != effect)
+    final = settle_noise(fitted_without(selection, effect), 1)[0] if left else selection.calibrated
+    return replace(
+        selection,
+        final=final,
+        chosen=left,
+        after=held_out(final, selection.kept_back),
+        structure_after=structures(final),
+        unnamed=None,
+    )
+
+
+def left_unexplained(selection: Selection, found: RunToRun | None) -> Unexplained | None:
+    """What remains unexplained; in a channel in which runs of one protocol differ, what goes plainly beyond that."""
+    remains = unexplained(selection) or selection.unnamed
+    if found is None or not found.channel or (remains is not None and remains.channel != found.channel):
+        return remains
+    if found.error < _PLAINLY * found.repeatability:
+        return None
+    place = locate(selection.final, selection.structure_after, found.channel)
+    driver, share = place.drivers[0], 1.0 - (found.repeatability / found.error) ** 2
+    return Unexplained(place.stage, found.channel, share, driver.variable, driver.low, driver.high, place.intervals[0])
+
+
+def said_of_runs(found: RunToRun | None) -> str:
+    """That the runs are predicted as well as they repeat each other or less well, and by what they differ; '' where
+    they do not."""
+    if found is None or not found.channel:
+        return ''
+    if found.error >= _PLAINLY * found.repeatability:
+        return (
+            f'The {quantity(found.channel)} is predicted to {100.0 * found.error:.1f} % of its peak, while runs of the '
+            f'same protocol repeat each other to {100.0 * found.repeatability:.1f} %. No listed effect explains what '
+            f'they have in common beside the simulation.'
+        )
+    return (
+        f'The {quantity(found.channel)} is predicted to {100.0 * found.error:.1f} % of its peak, about as well as runs '
+        f'of the same protocol repeat each other ({100.0 * found.repeatability:.1f} %'
+        f'{" with a gain of its own for each" if found.own_gain else ""}). What remains differs from run to run, and '
+        f'no model of one muscle predicts it{_factors(found.runs)}.'
+    )
+
+
+def _factors(runs: Sequence[Run]) -> str:
+    """By what factor gains and time constants differ among runs of one protocol."""
+    said = []
+    for what, name in (('gains', 'gain'), ('time constants', 'time_constant')):
+        ratios = [
+            max(values) / min(values)
+            for number in {run.protocol for run in runs} - {None}
+            for values in [[getattr(run, name) for run in runs if run.protocol == number]]
+            if len(values) > 1 and min(values) > 0.0
+        ]
+        if ratios and max(ratios) > _TOLD:
+            said.append(f'{what} differ by a factor of up to {max(ratios):.1f}')
+    return ': ' + ' and '.join(said) if said else ''
+
+
+def notes_on_runs(found: RunToRun | None) -> tuple[str, ...]:
+    """That runs of one protocol differ, and what was done about it."""
+    if found is None or not found.channel:
+        return ()
+    name, gain = quantity(found.channel), ''
+    if found.own_gain:
+        gain = (
+            f'each recording was given a gain of its own (without it they differ by {100.0 * found.plain:.1f} %; '
+            f'improved.yaml has the mean), and '
+        )
+    return (
+        f'runs of one protocol differ in the {name} by {100.0 * found.repeatability:.1f} % of the peak: {gain}what is '
+        f'named goes beyond what differs from run to run',
+    )

@@ -1,0 +1,93 @@
+"""Runs of one protocol that differ: found by themselves, measured, allowed for, and no physics is named for them."""
+
+import numpy as np
+import pytest
+from diagnosis.made import NOMINAL, TRUE
+
+from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values
+from tcp_muscle_ros.diagnosis.diagnose import diagnose
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing
+from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.noise.repeatability import between_runs
+from tcp_muscle_ros.diagnosis.noise.replicates import protocols
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.muscle import simulate
+
+TIME = np.arange(0.0, 75.0, 0.5)
+GAINS, COURSE = (0.8, 0.9, 1.15, 1.25), 0.04  # of each run: its gain, and how far its own course goes, of the peak
+
+
+def run(power, gain=1.0, course=0.0, seed=0, begin=20.0, noise=2e-5):
+    """One specimen heated once: its own gain, its own slow course (of the peak), an instrument's noise."""
+    rng = np.random.default_rng(seed)
+    drive = np.where((begin + 5.0 > TIME) & (begin <= TIME) | (begin + 8.0 <= TIME) & (begin + 30.0 > TIME), power, 0.0)
+    value = simulate(TRUE.replace(B=gain * TRUE['B']), TIME, drive, kind='power', load=0.1).displacement
+    knots = np.arange(0.0, TIME[-1] + 8.0, 8.0)
+    own = course * np.ptp(value) * np.interp(TIME, knots, rng.standard_normal(knots.size))
+    seen = Observed(TIME, value + own * (begin < TIME) + noise * rng.standard_normal(TIME.size), np.ones(TIME.size))
+    imposed = Imposed('power', TIME, drive, np.full(TIME.size, 0.1), np.full(TIME.size, NOMINAL['T0']))
+    return Experiment(f'run {seed}', imposed, Holding('load', 0.1), {'displacement': seen})
+
+
+@pytest.fixture(scope='module')
+def specimens():
+    return [run(0.7, gain, COURSE, seed) for seed, gain in enumerate(GAINS)]
+
+
+def test_runs_of_one_protocol_are_found_by_themselves():
+    made = [run(0.7), run(0.5), run(0.7, seed=1, begin=24.0), run(0.3, seed=2), run(0.5, seed=3)]
+    found = protocols(made)
+    assert [p.recordings for p in found] == [(0, 2), (1, 4)]
+    assert np.diff(found[0].begins)[0] == pytest.approx(4.0, abs=0.3)
+
+
+def test_what_they_do_not_share_is_measured_with_and_without_a_gain_for_each(specimens):
+    (found,) = between_runs(specimens).values()
+    assert found.runs == 4
+    assert found.own_gain == pytest.approx(COURSE * np.sqrt(2.0 / 3.0), rel=0.35)  # a course between knots
+    assert found.plain > 1.3 * found.own_gain and found.gains_differ
+    assert between_runs([specimens[0], run(0.5)]) == {}
+
+
+def test_runs_that_repeat_each_other_to_the_noise_need_no_allowance():
+    made = [run(0.7, seed=k) for k in range(3)]
+    fitted = calibrate(made, NOMINAL).fit
+    assert differing(fitted, between_runs(made)) == []
+
+
+def test_an_allowed_course_explains_what_differs_and_not_what_is_larger(specimens):
+    repeated = between_runs(specimens)
+    fitted = calibrate(specimens, NOMINAL, separate=('B',)).fit
+    assert differing(fitted, repeated) == ['displacement']
+    quiet = fitted.problem.with_noise(quick_noise(fitted.problem.experiments))
+    allowed = allowing(fit(quiet, fitted.z, rounds=1), repeated)
+    assert allowed.misfit < 0.1 * float(sum(np.sum(part**2) for part in quiet.residuals(fitted.predictions)))
+    left = [9.0 * mine['displacement'] for mine in allowed.left]  # as if the model had missed nine times as much
+    expected = [allowed.problem.expected_discrepancy({'displacement': x}, k) for k, x in enumerate(left)]
+    rest = [x - found['displacement'] for x, found in zip(left, expected, strict=True)]
+    whitened = np.concatenate(rest) / allowed.problem.noise['displacement'].sigma
+    assert float(np.mean(whitened**2)) > 2.0
+
+
+def test_what_each_recording_has_for_itself_is_listed_and_the_muscle_has_the_mean(specimens):
+    fitted = calibrate(specimens, NOMINAL, separate=('B',)).fit
+    listed = calibrated_values(fitted, NOMINAL)
+    own = np.array([listed[f'B [{k + 1}]'].value for k in range(4)])
+    assert 'B' not in listed
+    mean, usual = np.exp(np.mean(np.log(own))), np.exp(np.mean(np.log(GAINS)))
+    assert own / mean == pytest.approx(np.array(GAINS) / usual, rel=0.15)
+    assert fitted.muscle['B'] == pytest.approx(mean)
+
+
+def test_the_verdict_on_runs_that_differ_is_that_they_do_and_no_physics_is_named(specimens):
+    found, (repeated,) = diagnose(specimens, NOMINAL), between_runs(specimens).values()
+    assert found.verdict == 'not_repeatable' and found.findings == ()
+    assert 'What remains differs from run to run' in found.headline and 'gains differ by a factor' in found.headline
+    assert found.repeatability['displacement'] == pytest.approx(repeated.own_gain * repeated.peak)
+    assert [r.protocol for r in found.runs] == [1] * 4
+    gains = [r.gain for r in found.runs]
+    assert max(gains) / min(gains) == pytest.approx(GAINS[-1] / GAINS[0], rel=0.15)
