@@ -67,7 +67,8 @@ class Gravity:
             robot = ElementTree.fromstring(urdf)
         except ElementTree.ParseError as problem:
             raise BadInput(f'the robot description is no XML: {problem}') from None
-        carried = {joint.find('child').get('link'): joint for joint in robot.findall('joint')}  # type: ignore[union-attr]
+        joints = robot.findall('joint')
+        carried = {joint.find('child').get('link'): joint for joint in joints}  # type: ignore[union-attr]
         self._links: list[_Link] = []
         self._index: dict[str, int] = {}
         waiting = [str(link.get('name')) for link in robot.findall('link')]

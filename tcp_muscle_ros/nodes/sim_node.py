@@ -44,9 +44,9 @@ class SimNode(SafeNode[SimMuscle]):
             self._make_joint(name, settings) for name, settings in self.plan.joints.items()
         ]
         if self._robot is not None and self.common['image_rate_hz'] > 0.0:
-            from tcp_muscle_ros.nodes.sim_robot import Eye
+            from tcp_muscle_ros.nodes import sim_robot
 
-            self._eye = Eye(self, self._robot, self.common)
+            self._eye = sim_robot.Eye(self, self._robot, self.common)
         self._currents = [0.0] * len(self.muscles)
         self.gather()
         self._all_joints = None

@@ -68,7 +68,6 @@ class Hearing:
         if heard is not None:
             yield heard
 
-
     def tick(self, time: float, sent: int) -> Heard:
         """All of one tick of a simulation in lockstep, whose time (s) it is; it was sent then (ns)."""
         heard = Heard(time, self._early)
