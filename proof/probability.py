@@ -1,0 +1,247 @@
+"""Are the stated probabilities ones? And the weights that make them so.
+
+python -m proof.probability RUN [RUN ...]                 a table of what was stated and how often it was right
+python -m proof.probability RUN [RUN ...] --fit           the weights that these runs ask for, judged on cases left out
+python -m proof.probability RUN [RUN ...] --fit --write   and written to config/policy.yaml
+python -m proof.probability RUN [RUN ...] --document      docs/probabilities.md and its figure
+
+A RUN is a folder of ./scripts/prove after its phases `generate` and `diagnose`. A finding is right where its effect is
+among those that were concealed; a law without a name, where an effect that is not listed was concealed in its stage.
+Weights are never fitted to a sealed suite.
+"""
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from proof.score import wilson
+from tcp_muscle_ros.diagnosis.answer.probability import TERMS, probability
+from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.process.threads import one_of_linear_algebra
+from tcp_muscle_ros.report.style import AFTER, OTHER, canvas
+from tcp_muscle_ros.settings.policy import ODDS, SHIPPED
+
+ROOT = Path(__file__).parents[1]
+PAGE, FIGURE = ROOT / 'docs' / 'probabilities.md', ROOT / 'docs' / 'images' / 'probabilities.png'
+_RIDGE = 1.0  # of the weights but the constant: a prior of standard deviation 1
+_PARTS = 10  # of the cases, each judged by the weights of the others
+_BINS = 8  # of equal count
+_NEAR = 1e-4  # to 0 and 1, for the log score
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One finding of one case: what was stated, what it was made from, and whether it is right."""
+
+    case: str
+    effect: str
+    stated: float
+    evidence: Mapping[str, float]
+    right: bool
+
+
+def read_run(run: Path) -> list[Judged]:
+    """All findings of a run.
+
+    Raises:
+        BadInput: there are no labels, no reports, or reports without evidence; or the suite is sealed and unopened.
+    """
+    labels = run / 'labels.json'
+    if not labels.is_file():
+        raise BadInput(f'{run}: no labels.json; expected a folder of ./scripts/prove')
+    found = []
+    for label in json.loads(labels.read_text(encoding='utf-8'))['cases']:
+        report = run / 'reports' / 'diagnosis' / label['case'] / 'report.json'
+        if report.is_file():
+            findings = json.loads(report.read_text(encoding='utf-8'))['findings']
+            found += [_judged(f'{run.name}/{label["case"]}', label, finding) for finding in findings]
+    if not found:
+        raise BadInput(f'{run}: no findings; expected reports in reports/diagnosis (--phase diagnose)')
+    return found
+
+
+def _judged(case: str, label: Mapping[str, Any], finding: Mapping[str, Any]) -> Judged:
+    evidence = finding.get('evidence')
+    if not evidence:
+        raise BadInput(f'{case}: its report does not say what its probabilities are made from; diagnose it again')
+    concealed = {effect['effect'] for effect in label['effects']}
+    right = finding['effect'] in concealed
+    if finding['unlisted']:
+        stages = {effect['stage'] for effect in label['effects']}
+        right = label['kind'] == 'unlisted' and finding['stage'] in stages
+    return Judged(case, finding['effect'], float(finding['probability']), evidence, right)
+
+
+def fitted(judged: Sequence[Judged]) -> dict[str, float]:
+    """The weights that make what was found most probable, with a prior that keeps them small."""
+    columns = np.array([[one.evidence[name] for name in TERMS] for one in judged])
+    sign = np.where([one.right for one in judged], 1.0, -1.0)
+
+    def loss(weights: np.ndarray) -> float:
+        odds = columns @ weights
+        return float(np.sum(np.logaddexp(0.0, -sign * odds)) + 0.5 * _RIDGE * np.sum(weights[1:] ** 2))
+
+    best = minimize(loss, np.zeros(len(TERMS)), method='L-BFGS-B').x
+    return {name: round(float(weight), 2) for name, weight in zip(TERMS, best, strict=True)}
+
+
+def left_out(judged: Sequence[Judged], seed: int = 0) -> list[float]:
+    """The probability of each finding by weights that were fitted to other cases."""
+    cases = sorted({one.case for one in judged})
+    parts = np.array_split(np.random.default_rng(seed).permutation(len(cases)), _PARTS)
+    owner = {cases[k]: part for part, members in enumerate(parts) for k in members}
+    weights = [fitted([one for one in judged if owner[one.case] != part]) for part in range(_PARTS)]
+    return [probability(one.evidence, weights[owner[one.case]]) for one in judged]
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Findings of about one probability: its mean, how many there are, and how many are right."""
+
+    stated: float
+    count: int
+    right: int
+
+
+def bins(stated: Sequence[float], right: Sequence[bool]) -> list[Bin]:
+    """Of equal count, by what was stated."""
+    order = np.argsort(stated, kind='stable')
+    parts = [part for part in np.array_split(order, min(_BINS, len(order))) if part.size]
+    return [
+        Bin(float(np.mean(np.array(stated)[part])), int(part.size), int(np.array(right)[part].sum())) for part in parts
+    ]
+
+
+def scores(stated: Sequence[float], right: Sequence[bool]) -> dict[str, float]:
+    """What tells whether probabilities are ones: see ``text`` for what each means."""
+    p, true = np.array(stated), np.array(right, dtype=bool)
+    rate, sure = float(true.mean()), p >= 0.99
+    return {
+        'findings': float(p.size),
+        'right': rate,
+        'calibration error': sum(b.count * abs(b.stated - b.right / b.count) for b in bins(stated, right)) / p.size,
+        'log score': _log_score(p, true),
+        'log score of a constant': _log_score(np.full(p.size, rate), true),
+        'at 0.99 or above': float(sure.sum()),
+        'false of these': float((~true[sure]).sum()),
+        'right ones at 0.95 or above': float(np.mean(p[true] >= 0.95)) if true.any() else float('nan'),
+    }
+
+
+def _log_score(p: np.ndarray, true: np.ndarray) -> float:
+    p = np.clip(p, _NEAR, 1.0 - _NEAR)
+    return float(-np.mean(np.where(true, np.log(p), np.log(1.0 - p))))
+
+
+def text(stated: Sequence[float], right: Sequence[bool]) -> str:
+    """Both tables, in Markdown."""
+    lines = ['| stated (mean) | findings | right | share | 95 % interval |', '|---|---|---|---|---|']
+    for b in bins(stated, right):
+        low, high = wilson(b.right, b.count)
+        lines.append(f'| {b.stated:.2f} | {b.count} | {b.right} | {b.right / b.count:.2f} | {low:.2f} to {high:.2f} |')
+    lines += ['', '| score | value |', '|---|---|']
+    return '\n'.join([*lines, *(f'| {name} | {value:.3g} |' for name, value in scores(stated, right).items())])
+
+
+def draw(stated: Sequence[float], right: Sequence[bool], path: Path) -> None:
+    """The reliability diagram: how often findings were right, over what was stated."""
+    figure, (axes,) = canvas(1, width=6.0, height=5.0)
+    found = bins(stated, right)
+    x, y = [b.stated for b in found], [b.right / b.count for b in found]
+    ends = [wilson(b.right, b.count) for b in found]
+    below, above = ([abs(y[k] - pair[side]) for k, pair in enumerate(ends)] for side in (0, 1))
+    axes.plot([0, 1], [0, 1], color=OTHER, lw=1.0, label='as stated')
+    axes.errorbar(x, y, [below, above], fmt='o', color=AFTER, capsize=3, label='findings, with 95 % intervals')
+    axes.set(xlim=(0, 1.02), ylim=(0, 1.02), xlabel='probability stated in the report', ylabel='share that is right')
+    axes.legend(loc='upper left', frameon=False)
+    figure.savefig(path, dpi=110)
+
+
+def write_weights(weights: Mapping[str, float], runs: Sequence[str], path: Path = SHIPPED) -> None:
+    """The weights in the policy's file, where they are its last entry; all else stays as it is written."""
+    content = path.read_text(encoding='utf-8')
+    block = ''.join(f'    {name}: {weight}\n' for name, weight in weights.items())
+    today = datetime.now(timezone.utc).date().isoformat()
+    new = re.sub(r'(\n' + ODDS + r':\n  value:\n)(    \S+: \S+\n)+', lambda m: m.group(1) + block, content)
+    by = f'set_by: ./scripts/calibrate on {", ".join(runs)}; {today}\n'
+    new = re.sub(r'set_by: \./scripts/calibrate.*\n$', by, new)
+    path.write_text(new, encoding='utf-8')
+
+
+def document(judged: Sequence[Judged], runs: Sequence[str]) -> str:
+    """The page."""
+    stated, right = [one.stated for one in judged], [one.right for one in judged]
+    wrong = [one for one in judged if not one.right and one.stated >= 0.9]
+    named = ', '.join(f'{one.effect} {one.stated:.2f}' for one in sorted(wrong, key=lambda one: -one.stated)) or 'none'
+    today = datetime.now(timezone.utc).date().isoformat()
+    return _PAGE.format(
+        runs=' and '.join(runs), today=today, table=text(stated, right), wrong=named, command=' '.join(runs)
+    )
+
+
+_PAGE = """\
+# Are the stated probabilities ones?
+
+A finding has a probability: that the effect is there. It is made from what a reader would ask for too: how far the
+rivals are behind, how far the strength is from nothing, how much of the misfit goes, whether a parameter sits at the
+end of its range, how many recordings there are. How much each weighs was fitted to muscles whose physics is known
+(`config/policy.yaml`, entry `odds`; `./scripts/calibrate`). The runs below are other muscles, to which nothing was
+fitted.
+
+![Share of findings that are right, over the probability stated](images/probabilities.png)
+
+Runs: {runs}, {today}. In bins of equal count:
+
+{table}
+
+The calibration error is the mean distance between what was stated and how often it was right. A log score is better the
+smaller it is. Wrong at 0.9 or above: {wrong}.
+
+A finding is right where its effect was concealed in the muscle. A law without a name is right where an effect that is
+not listed was concealed in its stage.
+
+Made by `python -m proof.probability {command} --document`, from the folders of `./scripts/prove`.
+"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(prog='python -m proof.probability', description=__doc__.splitlines()[0])
+    parser.add_argument('runs', nargs='+', type=Path, help='folders of ./scripts/prove')
+    parser.add_argument('--fit', action='store_true', help='weights for these runs, judged on cases left out')
+    parser.add_argument('--write', action='store_true', help='with --fit: to config/policy.yaml')
+    parser.add_argument('--document', action='store_true', help='docs/probabilities.md and its figure')
+    chosen = parser.parse_args(arguments)
+    one_of_linear_algebra()
+    runs = [run.name for run in chosen.runs]
+    try:
+        if chosen.fit and any(name.startswith('sealed') for name in runs):
+            raise BadInput('--fit: weights are never fitted to a sealed suite; expected development or varied ones')
+        judged = [one for run in chosen.runs for one in read_run(run)]
+    except BadInput as mistake:
+        print(f'proof.probability: {mistake}', file=sys.stderr)
+        return 2
+    right = [one.right for one in judged]
+    print(text(left_out(judged) if chosen.fit else [one.stated for one in judged], right))
+    if chosen.fit:
+        weights = fitted(judged)
+        print('\n' + '\n'.join(f'{name}: {weight}' for name, weight in weights.items()))
+        if chosen.write:
+            write_weights(weights, runs)
+    if chosen.document:
+        PAGE.write_text(document(judged, runs), encoding='utf-8')
+        draw([one.stated for one in judged], right, FIGURE)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,113 @@
+"""Probabilities of findings beside how often they are right: read from runs, weighed on other cases, written back."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from proof import probability as module
+from proof.probability import Judged, bins, fitted, left_out, main, read_run, scores, write_weights
+from tcp_muscle_ros.diagnosis.answer.probability import TERMS, probability
+from tcp_muscle_ros.settings.policy import SHIPPED, read_policy
+
+TRUE_WEIGHTS = dict.fromkeys(TERMS, 0.0) | {'constant': 0.5, 'among_rivals': 1.0, 'left': -1.0}
+
+
+def made(count, seed):
+    """Findings that are right as often as TRUE_WEIGHTS say."""
+    rng = np.random.default_rng(seed)
+    for k in range(count):
+        evidence = dict.fromkeys(TERMS, 0.0) | {
+            'constant': 1.0,
+            'among_rivals': float(rng.normal(0.5, 1.5)),
+            'left': float(rng.integers(2)),
+        }
+        p = probability(evidence, TRUE_WEIGHTS)
+        yield Judged(f'case_{k}', 'creep', p, evidence, bool(rng.random() < p))
+
+
+def test_weights_are_found_again_and_states_by_those_of_other_cases_are_right_as_often():
+    judged = list(made(1500, 1))
+    weights = fitted(judged)
+    for name in ('constant', 'among_rivals', 'left'):
+        assert weights[name] == pytest.approx(TRUE_WEIGHTS[name], abs=0.25)
+    right = [one.right for one in judged]
+    found = scores(left_out(judged), right)
+    assert found['calibration error'] < 0.05
+    assert found['log score'] < found['log score of a constant']
+    overstated = scores([min(one.stated + 0.3, 1.0) for one in judged], right)
+    assert overstated['calibration error'] > 3.0 * found['calibration error']
+
+
+def test_bins_have_equal_count_and_hold_all():
+    found = bins(np.linspace(0.0, 1.0, 83), [True] * 83)
+    assert sum(b.count for b in found) == 83
+    assert max(b.count for b in found) - min(b.count for b in found) <= 1
+    assert [b.stated for b in found] == sorted(b.stated for b in found)
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A run of two cases: a listed effect named rightly, and an unlisted one that is a law without a name."""
+    evidence = dict.fromkeys(TERMS, 0.0) | {'constant': 1.0}
+
+    def finding(effect, stage, unlisted=None):
+        return {'effect': effect, 'stage': stage, 'probability': 0.7, 'evidence': evidence, 'unlisted': unlisted}
+
+    cases = [
+        {'case': 'case_0', 'kind': 'single', 'effects': [{'effect': 'creep', 'stage': 'mechanical'}]},
+        {'case': 'case_1', 'kind': 'unlisted', 'effects': [{'effect': 'sticky_turns', 'stage': 'mechanical'}]},
+    ]
+    findings = [
+        [finding('creep', 'mechanical'), finding('friction', 'mechanical')],
+        [finding('free_stroke', 'mechanical', {'stage': 'mechanical'}), finding('free_delay', 'thermal', {})],
+    ]
+    (tmp_path / 'labels.json').write_text(json.dumps({'cases': cases}))
+    for case, mine in zip(cases, findings, strict=True):
+        report = tmp_path / 'reports' / 'diagnosis' / case['case']
+        report.mkdir(parents=True)
+        (report / 'report.json').write_text(json.dumps({'findings': mine}))
+    return tmp_path
+
+
+def test_a_finding_is_right_where_its_effect_was_concealed(run, capsys):
+    assert [(one.effect, one.right) for one in read_run(run)] == [
+        ('creep', True),
+        ('friction', False),
+        ('free_stroke', True),
+        ('free_delay', False),
+    ]
+    assert main([str(run)]) == 0
+    assert '| right | 0.5 |' in capsys.readouterr().out
+
+
+def test_weights_are_never_fitted_to_a_sealed_suite(run, capsys):
+    sealed = run.parent / 'sealed-430'
+    run.rename(sealed)
+    assert main([str(sealed), '--fit']) == 2
+    assert 'never fitted to a sealed suite' in capsys.readouterr().err
+
+
+def test_what_is_no_run_is_said_in_one_line(tmp_path, capsys):
+    assert main([str(tmp_path)]) == 2
+    assert 'expected a folder of ./scripts/prove' in capsys.readouterr().err
+
+
+def test_weights_are_written_and_all_else_stays(tmp_path):
+    path = tmp_path / 'policy.yaml'
+    path.write_text(SHIPPED.read_text(encoding='utf-8'), encoding='utf-8')
+    weights = {name: round(0.1 * k, 2) for k, name in enumerate(TERMS)}
+    write_weights(weights, ['varied-108-1'], path)
+    assert read_policy(path).odds == weights
+    before, after = (yaml.safe_load(p.read_text(encoding='utf-8')) for p in (SHIPPED, path))
+    assert {k: v for k, v in before.items() if k != 'odds'} == {k: v for k, v in after.items() if k != 'odds'}
+    assert 'varied-108-1' in after['odds']['set_by']
+
+
+def test_the_page_has_its_figure(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, 'PAGE', tmp_path / 'page.md')
+    monkeypatch.setattr(module, 'FIGURE', tmp_path / 'figure.png')
+    assert main([str(run), '--document']) == 0
+    assert '| stated (mean) | findings |' in (tmp_path / 'page.md').read_text(encoding='utf-8')
+    assert (tmp_path / 'figure.png').stat().st_size > 5000
