@@ -14,8 +14,8 @@ import json
 import shutil
 import sys
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import date
 from functools import cached_property
 from pathlib import Path
@@ -42,7 +42,7 @@ from tcp_muscle_ros.recording.protocol import Protocol, read_protocol
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
 from tcp_muscle_ros.settings.parameter_file import read as read_parameters
 
-SUITE, RATE = 'varied', 20.0  # the forms of the effects; Hz
+SUITE, RATE = 'varied', 20.0  # of the forms that effects take; Hz
 BUDGET = Budget(duration=5400.0, runs=20, cycles=1000)
 HOTTEST = 373.15  # K, by the model: as `run` has it where no driver says anything else
 LOAD = weight(60.0)
@@ -110,40 +110,53 @@ def as_experiment(protocol: Protocol, ambient: float) -> Experiment:
     return Experiment('run', sampled.time, sampled.drive, CURRENT, sampled.load, ambient, protocol.end == 'blocked')
 
 
-@dataclass
 class Muscle:
-    """All that is done to one muscle, in a folder."""
+    """All that is done to one muscle, in a folder; ``result.json`` there says what is done already."""
 
-    folder: Path
-    seed: int
-    number: int
-    result: dict[str, Any] = field(default_factory=dict)
+    def __init__(self, folder: Path, seed: int, number: int) -> None:
+        self.folder, self.seed, self.number = folder, seed, number
+        place = folder / 'result.json'
+        self.result: dict[str, Any] = _json(place) if place.is_file() else {}
 
     @cached_property
     def _drawn(self) -> tuple[Case, dict[str, Any]]:
         return drawn(self.seed, self.number)
 
-    def run(self) -> dict[str, Any]:
-        """Everything; what a stopped run left is removed before."""
-        begun = time.process_time()
-        shutil.rmtree(self.folder, ignore_errors=True)
-        case, said = self._drawn
-        (self.folder / 'unseen').mkdir(parents=True)
-        self.result = {'number': self.number, 'label': said, 'ways': {}}
-        ours = self._investigate(case)
-        reports, unseen = self.folder / 'reports', self.folder / 'unseen'
-        for way in WAYS:
-            self._record(way, case, ours)
-            if not self._guarded(way, lambda way=way: self._diagnosed(way)):  # type: ignore[misc]
-                self.result['ways'][way] = {}
-            shutil.rmtree(self.folder / way)
-        recorded = self.folder / OURS / case.name
-        alternatives.run(recorded, reports, said, unseen, LIMITS)
-        self.result['limits'] = {name: _json(reports / name / case.name / HELD_OUT) for name in LIMITS}
-        self.result['seconds'] = time.process_time() - begun
-        return self.result
+    def run(self, ways: Sequence[str]) -> None:
+        """The investigation and these ways, as far as they are not done; what a stopped run left begun is removed."""
+        if not self.result:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            (self.folder / 'unseen').mkdir(parents=True)
+            self._timed(OURS, self._investigated)
+        for way in ways:
+            if way not in self.result['ways']:
+                self._timed(way, lambda way=way: self._recorded(way))  # type: ignore[misc]
 
-    def _guarded(self, way: str, work: Any) -> bool:
+    def _timed(self, way: str, work: Callable[[], None]) -> None:
+        begun = time.process_time()
+        work()
+        self.result['ways'][way]['seconds'] = time.process_time() - begun
+        draft = self.folder / 'result.draft'
+        draft.write_text(json.dumps(self.result, default=_plain) + '\n', encoding='utf-8')
+        draft.replace(self.folder / 'result.json')
+
+    def _investigated(self) -> None:
+        case, said = self._drawn
+        self.result = {'number': self.number, 'label': said, 'ways': {}}
+        self._investigate(case)
+        reports = self.folder / 'reports'
+        alternatives.run(self.folder / OURS / case.name, reports, said, self.folder / 'unseen', LIMITS)
+        self.result['limits'] = {name: _json(reports / name / case.name / HELD_OUT) for name in LIMITS}
+
+    def _recorded(self, way: str) -> None:
+        shutil.rmtree(self.folder / way, ignore_errors=True)
+        steps = self.result['ways'][OURS]['steps']
+        self._record(way, self._drawn[0], float(sum(step['duration_s'] for step in steps if step['step'] == 'run')))
+        if not self._guarded(way, lambda: self._diagnosed(way)):
+            self.result['ways'][way] = {}
+        shutil.rmtree(self.folder / way)
+
+    def _guarded(self, way: str, work: Callable[[], None]) -> bool:
         try:
             work()
         except (BadInput, ArithmeticError, ValueError, RuntimeError) as error:  # counts as a muscle without an answer
@@ -151,8 +164,7 @@ class Muscle:
             return False
         return True
 
-    def _investigate(self, case: Case) -> float:
-        """The loop; returns the muscle time (s) of its runs, the one that was kept back not among them."""
+    def _investigate(self, case: Case) -> None:
         model, home = read_parameters(DEFAULT_SET).parameters, self.folder / OURS
         top, room = case.lab.top, case.lab.ambient + 273.15
         allowed = Allowed(current=top, temperature=HOTTEST)
@@ -185,7 +197,6 @@ class Muscle:
             self.result['ways'][OURS] |= {'why': loop.log.of('end')[-1]['why'], 'steps': steps}
         else:
             self.result['ways'][OURS] = {'steps': steps}
-        return float(sum(step['duration_s'] for step in steps if step['step'] == 'run'))
 
     def _record(self, way: str, case: Case, duration: float) -> None:
         """A new muscle is recorded for ``duration`` s."""
@@ -232,12 +243,12 @@ def document(results: Sequence[Mapping[str, Any]], command: str) -> str:
     counts = {kind: sum(r['label']['kind'] == kind for r in results) for kind in kinds}
     ours = [r['ways'][OURS] for r in results]
     spent = [sum(s['duration_s'] for s in one['steps'] if s['step'] in ('run', 'kept_back')) / 60.0 for one in ours]
-    seconds = float(np.mean([r['seconds'] for r in results]))
+    seconds = float(np.median([one['seconds'] for one in ours]))
     lines = [
         '# What investigate finds, beside other recordings',
         '',
         f'Made by `{command}` on {date.today()}: {counts["single"]} muscles with one concealed effect, '
-        f'{counts["double"]} with two, {seconds:.0f} s of processor time each.',
+        f'{counts["double"]} with two; an investigation took {seconds:.0f} s of processor time (median).',
         '',
         'Muscles, instruments (noise, quantisation, losses; 20 Hz) and effects are those of the truth generator',
         f"(`proof/truth/`, suite `{SUITE}`). Every effect can be seen in the book's recordings. Each muscle is",
@@ -250,7 +261,9 @@ def document(results: Sequence[Mapping[str, Any]], command: str) -> str:
         '|---|---|---|---|---|---|',
     ]
     for way in (*WAYS, OURS):
-        answers = [answer(r, way) for r in results]
+        answers = [answer(r, way) for r in results if way in r['ways']]
+        if not answers:
+            continue
         cells = [
             _rate([test(a) for a in answers if a.label['kind'] == kind])
             for test in (exact, lambda a: matched(a.findings, a.truth))
@@ -290,22 +303,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--seed', type=int, default=25)
     parser.add_argument('--output', type=Path, required=True)
     parser.add_argument('--document', type=Path, help='write the table of what is done so far')
+    parser.add_argument('--ways', nargs='*', choices=WAYS, default=WAYS, help='that are recorded beside it (all)')
     parser.add_argument('--only-document', action='store_true', help='investigate nothing more')
     chosen = parser.parse_args(arguments)
     one_of_linear_algebra()
     results = []
     for number in range(chosen.muscles):
-        folder = chosen.output / f'muscle_{number:02d}'
-        place = folder / 'result.json'
-        if not place.is_file():
-            if chosen.only_document:
-                break
+        muscle = Muscle(chosen.output / f'muscle_{number:02d}', chosen.seed, number)
+        if chosen.only_document and not muscle.result:
+            break
+        if not chosen.only_document:
             print(f'muscle {number}', flush=True)
-            result = Muscle(folder, chosen.seed, number).run()
-            draft = place.with_suffix('.draft')
-            draft.write_text(json.dumps(result, default=_plain) + '\n', encoding='utf-8')
-            draft.replace(place)
-        results.append(_json(place))
+            muscle.run(chosen.ways)
+        results.append(muscle.result)
         said = answer(results[-1], OURS)
         named = [finding['effect'] for finding in said.findings]
         print(f'muscle {number}: {said.truth}, named {named}: {"exactly" if exact(said) else "no"}', flush=True)
