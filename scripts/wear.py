@@ -151,12 +151,10 @@ class Story:
         return rms(setpoint - x), rms((setpoint - x)[over]), rms(residual)
 
     def step(self) -> tuple[float, float]:
-        """The largest change of the current (A) from tick to tick once steps are over: usually, and as it adopts."""
-        time, current = self.rows[:, 0], self.rows[:, 4]
-        change = np.abs(np.diff(current, prepend=current[0]))
-        over, adopted = time % STEP >= SETTLED, self.events.get('adopted', np.inf)
-        near = (time >= adopted) & (time < adopted + FADE)
-        return float(change[over & ~near].max()), float(change[over & near].max(initial=0.0))
+        """The change of the current (A) from tick to tick: the largest once a step is over, and that on adopting."""
+        time, change = self.rows[:, 0], np.abs(np.diff(self.rows[:, 4], prepend=self.rows[0, 4]))
+        adopting = int(np.searchsorted(time, self.events.get('adopted', LENGTH - PERIOD))) + 1
+        return float(change[time % STEP >= SETTLED].max()), float(change[adopting : adopting + 2].max(initial=0.0))
 
 
 def draw(path: Path, stories: Sequence[Story]) -> None:
@@ -203,7 +201,7 @@ def main() -> None:
         for epoch, *errors in story.told():
             print(f'| {wear} | {epoch} | ' + ' | '.join(f'{1e3 * error:.3f}' for error in errors) + ' |')
         usual, adopting = story.step()
-        print(f'{wear}: the current changes by at most {usual:.4f} A a tick, {adopting:.4f} A as it adopts', flush=True)
+        print(f'{wear}: the current changes by up to {usual:.4f} A a tick, on adopting by {adopting:.4f} A', flush=True)
     draw(args.output, stories)
 
 

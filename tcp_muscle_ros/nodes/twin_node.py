@@ -154,7 +154,8 @@ class TwinNode(Node):  # type: ignore[misc]
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         with self._lock:
             self._twin.forget()
-            self._follows_since = self._current = None
+            self._lose(self._then)
+            self._current = None
         response.success, response.message = True, 'reset: the model starts from what is measured'
         return response
 
@@ -185,8 +186,9 @@ class TwinNode(Node):  # type: ignore[misc]
         if flowed is None or not 0.0 < dt <= LONGEST_STEP:
             self._lose(heard.time)
             return
-        self._estimate.update(flowed, self._load, self._ambient, **{n: v for n, v in measured.items() if n != 'force'})
         if self._follows_since is None:
+            known = {name: value for name, value in measured.items() if name != 'force'}
+            self._estimate.update(flowed, self._load, self._ambient, **known)
             temperature = self._estimate.temperature
             if temperature is None or heard.time - self._heard_since < _SETTLES:
                 return

@@ -36,7 +36,7 @@ ENVIRONMENT = {
 class Program:
     """A process of one of the package's nodes; ``command`` is what follows python."""
 
-    def __init__(self, command, errors):
+    def __init__(self, command, errors, stdin=None):
         self.errors_path = errors
         with open(errors, 'w') as sink:
             self.process = subprocess.Popen(
@@ -44,6 +44,7 @@ class Program:
                 env=ENVIRONMENT,
                 stderr=sink,
                 stdout=sink,
+                stdin=stdin,
             )
 
     def said(self):
@@ -130,9 +131,9 @@ class Bench:
             arguments += ['-p', f'{key}:={text}']
         return self.run(['-m', f'tcp_muscle_ros.nodes.{name}', '--ros-args', *arguments], f'{namespace}_{name}')
 
-    def run(self, command, label):
+    def run(self, command, label, stdin=None):
         """A Python process."""
-        program = Program(command, self.folder / f'{label.replace("/", "_")}_{len(self.programs)}.txt')
+        program = Program(command, self.folder / f'{label.replace("/", "_")}_{len(self.programs)}.txt', stdin)
         self.programs.append(program)
         return program
 

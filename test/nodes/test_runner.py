@@ -1,6 +1,9 @@
 """``tcp_muscle run`` against a simulated muscle: on time, recorded whole, ended at 0 A by whatever goes wrong."""
 
 import json
+import os
+import pty
+import re
 import signal
 
 import numpy as np
@@ -9,6 +12,9 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
 from tcp_muscle_ros.recording.bag import read_bag
 
@@ -34,7 +40,7 @@ def muscle(bench):
     return Muscle
 
 
-def played(bench, folder, *more, duration=1.0, load='', namespace='played', name='bag'):
+def played(bench, folder, *more, duration=1.0, load='', namespace='played', name='bag', stdin=None):
     """``tcp_muscle run`` as a process, begun."""
     path = folder / 'protocol.yaml'
     path.write_text(PROTOCOL % (duration, load))
@@ -51,6 +57,7 @@ def played(bench, folder, *more, duration=1.0, load='', namespace='played', name
             *more,
         ],
         'run',
+        stdin,
     )
 
 
@@ -106,6 +113,48 @@ def test_ctrl_c_ends_it_with_zero_and_a_resumed_run_plays_the_part_again(bench, 
     assert 'of another protocol' in said
 
 
+def test_a_person_hangs_the_loads_and_a_run_goes_on_with_the_part_that_is_not_done(bench, muscle, tmp_path):
+    """At a terminal: each load is asked for before anything flows; who leaves in the middle goes on there later."""
+    person, terminal = pty.openpty()
+    asked = {'first': 'hang 31 g (0.3 N), press Enter', 'second': 'hang 61 g (0.6 N), press Enter'}
+    loads = """
+  - {duration_s: 0.5, value: 0.05, load_n: 0.3}
+  - {duration_s: 0.5, value: 0.06, load_n: 0.6}"""
+    path = tmp_path / 'loads.yaml'
+    path.write_text('rate_hz: 100\ninput: current\nsegments:' + loads)
+
+    def begun(*more):
+        command = ['-m', 'tcp_muscle_ros.tool', 'run', str(path), '--output', str(tmp_path / 'bag'), *more]
+        return bench.run([*command, '--namespace', 'played'], 'run', terminal)
+
+    def flows():
+        return muscle.current.last.data > 0.0
+
+    program = begun()
+    bench.until(lambda: asked['first'] in program.said(), 'nobody is asked', 60.0)
+    assert not flows()
+    os.write(person, b'\n')
+    bench.until(lambda: asked['second'] in program.said(), 'the second load is not asked for', 60.0)
+    assert not flows()
+    os.write(person, b'\x04')  # the person leaves: end of the input
+    assert 'nobody is there to change the load' in ended(bench, program, 2)
+    first = (tmp_path / 'bag' / 'part_1' / 'metadata.yaml').stat().st_mtime_ns
+    assert not (tmp_path / 'bag' / 'part_2').exists()
+
+    program = begun('--resume')
+    bench.until(lambda: asked['second'] in program.said(), 'the second load is not asked for', 60.0)
+    assert asked['first'] not in program.said()
+    os.write(person, b'\n')
+    ended(bench, program, 0)
+    assert (tmp_path / 'bag' / 'part_1' / 'metadata.yaml').stat().st_mtime_ns == first
+    for part, load, current in ((1, 0.3, 0.05), (2, 0.6, 0.06)):
+        kept = read_bag(tmp_path / 'bag' / f'part_{part}')
+        assert kept.known['part'] == part and kept.known['load_n'] == load
+        assert kept['current_command'].value.max() == current and kept['current'].value[-1] == 0.0
+    os.close(person)
+    os.close(terminal)
+
+
 def test_two_commanders_are_refused_and_both_nodes_say_so(bench, muscle, tmp_path):
     controller = bench.start('controller_node', 'played')
     bench.until(lambda: muscle.current.subscription and bench.node.count_publishers('/played/current_command'), 'none')
@@ -126,6 +175,28 @@ def test_two_commanders_are_refused_and_both_nodes_say_so(bench, muscle, tmp_pat
     controller.end(signal.SIGINT)
 
 
+def test_a_fault_of_the_driver_and_a_muscle_hotter_than_the_rig_allows_end_it(bench, tmp_path):
+    """It loses a tenth of the heat that the model foresees."""
+    current = bench.listen('/faulty/current')
+    rig = tmp_path / 'rig.yaml'
+    rig.write_text('limits: {highest_temperature_c: 56, loads_by: rig}\n')
+    bench.start('sim_node', 'faulty', hA=0.002)
+    bench.until(lambda: current, 'sim_node publishes nothing', 120.0)
+    hot = played(bench, tmp_path, '--rig', str(rig), duration=60.0, namespace='faulty', name='hot')
+    assert 'stopped, 0 A: the temperature is 56.' in ended(bench, hot, 2)
+    bench.until(lambda: current.last.data == 0.0, 'the current stays on', 2.0)
+    assert bench.call(Trigger, '/faulty/sim_node/reset').success  # cold again
+    program = played(bench, tmp_path, '--yes', duration=60.0, namespace='faulty', name='fault')
+    bench.until(lambda: current.last.data == 0.2, 'nothing flows')
+    limits = {'derate_temperature_c': 10.0, 'max_temperature_c': 15.0}
+    change = [Parameter(name, value=value).to_parameter_msg() for name, value in limits.items()]
+    assert bench.call(SetParametersAtomically, '/faulty/sim_node/set_parameters_atomically', parameters=change)
+    assert 'stopped, 0 A: /faulty/sim_node: fault, over-temperature' in ended(bench, program, 2)
+    for name in ('hot', 'fault'):
+        kept = read_bag(tmp_path / name)
+        assert not kept.notes and kept['current_command'].value[-1] == 0.0
+
+
 def test_a_commander_that_comes_meanwhile_or_a_muscle_that_dies_ends_it(bench, tmp_path):
     muscle = bench.start('sim_node', 'mortal')
     current = bench.listen('/mortal/current')
@@ -138,7 +209,7 @@ def test_a_commander_that_comes_meanwhile_or_a_muscle_that_dies_ends_it(bench, t
     program = played(bench, tmp_path, '--yes', '--resume', duration=30.0, namespace='mortal')
     bench.until(lambda: current.last.data == 0.2, 'nothing flows')
     muscle.kill()
-    assert 'for 1.0 s' in ended(bench, program, 2)
+    assert re.search(r'stopped, 0 A: no \w+ for \d\.\d s', ended(bench, program, 2))
     for name in ('bag', 'bag_stopped_1'):
         kept = read_bag(tmp_path / name)
         assert not kept.notes and kept['current_command'].value[-1] == 0.0
