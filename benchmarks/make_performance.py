@@ -21,7 +21,9 @@ from tcp_muscle_ros.report.marked import replace_marked
 
 HERE = Path(__file__).resolve().parent
 DOCUMENT = HERE.parent / 'docs' / 'performance.md'
-NAMES = ('model', 'many_muscles', 'tick', 'node_rate', 'node_tick', 'hand', 'bags', 'start_up', 'robot', 'diagnosis')
+NAMES = (
+    'model', 'many_muscles', 'tick', 'node_rate', 'node_tick', 'twin', 'hand', 'bags', 'start_up', 'robot', 'diagnosis',
+)  # fmt: skip
 SHORT = {'diagnosis': ['--limit', '90']}
 PACKAGES = ('numpy', 'scipy', 'numba', 'rosbags', 'mcap-ros2-support', 'ros-rclpy')
 
