@@ -1,5 +1,6 @@
 """What a ROS 2 installation makes of this package: rosdep's keys, and the plugins that its pytest loads."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -42,6 +43,14 @@ def test_with_ros_says_what_it_needs_where_no_ros_is_sourced():
     assert done.returncode == 2
     for package in ('ros2launch', 'ros2bag', 'controller_manager', 'joint_state_topic_hardware_interface'):
         assert package in done.stderr
+
+
+def test_with_ros_tries_every_launch_file():
+    script = (ROOT / 'scripts' / 'with_ros').read_text(encoding='utf-8')
+    names = {path.name.split('.')[0] for path in (ROOT / 'launch').glob('*.launch.py')}
+    (several,) = re.findall(r'for file in ([\w ]+); do', script)
+    by_name = set(re.findall(r'ros2 launch tcp_muscle_ros (\w+)\.launch\.py', script))
+    assert names == set(several.split()) | by_name
 
 
 BROKEN_PLUGIN = 'raise ImportError("a plugin for another pytest")\n'

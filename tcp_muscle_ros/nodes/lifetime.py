@@ -75,12 +75,14 @@ class Callbacks(threading.Thread):
         self._executor.shutdown(timeout_sec=1.0)
 
 
-def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -> int:
+def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None, *, models: bool = True) -> int:
     """Make the node, let it live until SIGINT or SIGTERM, end it with 0 A. Returns the exit code.
+
+    ``models``: whether it computes with the model, which is compiled first where it is not yet.
 
     0 when asked to stop, 2 for bad input (one line on stderr), 1 for an error of ours.
     """
-    life = _Life(make, name, list(sys.argv if args is None else args))
+    life = _Life(make, name, list(sys.argv if args is None else args), models)
     try:
         return life.live()
     except _Asked:
@@ -103,8 +105,8 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None) -
 class _Life:
     """Of one node in its process; ``node`` is None until it is made."""
 
-    def __init__(self, make: Callable[[], Any], name: str, arguments: list[str]) -> None:
-        self._make, self._name, self._arguments = make, name, arguments
+    def __init__(self, make: Callable[[], Any], name: str, arguments: list[str], models: bool) -> None:
+        self._make, self._name, self._arguments, self._models = make, name, arguments, models
         self._asked = threading.Event()
         self._started = False
         self.node: Any = None
@@ -128,7 +130,8 @@ class _Life:
         refuse_leftover(self._arguments, self._name)
         rclpy.init(args=self._arguments, signal_handler_options=SignalHandlerOptions.NO)
         set_logger_level('rcl', LoggingSeverity.INFO)
-        compile_model(self._name)
+        if self._models:
+            compile_model(self._name)
         self.node = node = self._make()
         self._callbacks = callbacks = Callbacks(node, self._asked.set)
         sys.setswitchinterval(_SHARE)

@@ -56,7 +56,7 @@ class SerialDriverNode(SafeNode[DrivenMuscle]):
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run(SerialDriverNode, DRIVER, args)
+    return run(SerialDriverNode, DRIVER, args, models=False)
 
 
 if __name__ == '__main__':
