@@ -1,37 +1,49 @@
 """What the diagnosis says of the public rigs' recordings: part of scripts/real_recordings.py --diagnose.
 
-Of each group a few runs, of different powers, are diagnosed with no hint; the others are unseen: other runs, and where
-there are more than three powers another power. Specimens of a group differ in their gain, which is no physics: each run
-is first divided by its own gain relative to the group's, from the calibration with a gain for each run.
+Of each group a few runs are diagnosed with no hint and as they were recorded; the others are unseen. Errors on unseen
+runs are free-running, root mean square over the peak to peak: (A) with gain and zero of the unseen run fitted to it,
+(B) with its heat exchange too. The floor is what runs of one protocol do not share, each with a gain and a zero.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, calibrate
-from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.noise.repeatability import Shares, between_runs
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.report.words import chance, error_text, percent, plain, probability_text, range_text, told_apart
 
-MOST = 500  # samples a run, averaged in blocks beyond: the time constants are seconds
-FITTED = 3  # runs
+MOST = 250  # samples a run, averaged in blocks beyond: the time constants are seconds
+KINDS = 3  # powers that are diagnosed
+SEVERAL = 3  # runs of one power, from which two of the lowest and of the highest are diagnosed
+HEAT = 1.5  # of the logarithm of hA, either way
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors on unseen runs as shares of their peaks, (A) and (B), recalibrated and improved."""
+
+    recalibrated: tuple[float, float]
+    improved: tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A group's diagnosis, what it was made from, and the errors on the runs that it has not seen (share of peak)."""
+    """A group's diagnosis, what it was made from, its errors on the runs that it has not seen, and the floor."""
 
     title: str
     diagnosis: Diagnosis
     fitted: tuple[str, ...]
     unseen: tuple[str, ...]
-    before: float
-    after: float
+    errors: Errors | None
+    floor: Shares | None
 
 
 def power_of(name: str) -> str:
@@ -39,56 +51,83 @@ def power_of(name: str) -> str:
     return name.rsplit('_', 1)[0]
 
 
-def chosen(names: Sequence[str]) -> list[str]:
-    """The first run of the lowest, a middle and the highest power; of one power the first two."""
+def chosen(names: Sequence[str], split: int = 0) -> list[str]:
+    """The runs that are diagnosed in a split: of the lowest and the highest power two, where there are three or more,
+    of one between them one; of one power alone half at most. Each split begins with another run."""
     powers: dict[str, list[str]] = {}
     for name in names:
         powers.setdefault(power_of(name), []).append(name)
     kinds = sorted(powers)
-    if len(kinds) == 1:
-        return powers[kinds[0]][: max(1, min(FITTED - 1, len(names) - 1))]
-    places = np.unique(np.linspace(0, len(kinds) - 1, min(FITTED, len(kinds))).round().astype(int))
-    return [powers[kinds[k]][0] for k in places]
+    places = np.unique(np.linspace(0, len(kinds) - 1, min(KINDS, len(kinds))).round().astype(int))
+    found = []
+    for k in places:
+        runs = powers[kinds[k]]
+        count = 2 if len(runs) >= SEVERAL and k in (0, len(kinds) - 1) else 1
+        found += [runs[(count * split + n) % len(runs)] for n in range(count)]
+    return found
 
 
-def one_gain(runs: Sequence[Experiment], nominal: Parameters) -> list[Experiment]:
-    """The runs divided by their own gain relative to the geometric mean of all."""
-    together = calibrate(runs, nominal, separate=('B',))
-    gains = {e.recording: e.value for e in together.estimates if e.name == 'B'}
-    mean = float(np.exp(np.mean(np.log(list(gains.values())))))
-    return [_scaled(run, gains[k] / mean) for k, run in enumerate(runs)]
-
-
-def _scaled(run: Experiment, factor: float) -> Experiment:
-    observed = {}
-    for name, o in run.observed.items():
-        rest = float(np.median(o.value[:5]))
-        observed[name] = replace(o, value=rest + (o.value - rest) / factor)
-    return replace(run, observed=observed)
-
-
-def diagnose_group(title: str, runs: dict[str, Experiment], nominal: Parameters) -> Outcome:
+def diagnose_group(title: str, runs: dict[str, Experiment], nominal: Parameters, split: int = 0) -> Outcome:
     """Diagnose a few runs of a group, and look at the others with what came out."""
     names = sorted(runs)
-    alike = dict(zip(names, one_gain([runs[n] for n in names], nominal), strict=True))
-    fitted = chosen(names)
+    fitted = chosen(names, split)
     unseen = [n for n in names if n not in fitted]
-    found = diagnose([alike[n] for n in fitted], nominal)
-    plainly = calibrate([alike[n] for n in fitted], nominal).parameters
-    before, after = (nrmse([alike[n] for n in unseen], muscle) for muscle in (plainly, found.improved))
-    return Outcome(title, found, tuple(fitted), tuple(unseen), before, after)
+    found = diagnose([runs[n] for n in fitted], nominal)
+    floor = next(iter(between_runs([runs[n] for n in names]).values()), None)
+    errors = None
+    if unseen and found.calibrated is not None:
+        before, after = (unseen_errors([runs[n] for n in unseen], m) for m in (found.calibrated, found.improved))
+        errors = Errors(before, after)
+    return Outcome(title, found, tuple(fitted), tuple(unseen), errors, floor)
 
 
-def nrmse(runs: Sequence[Experiment], muscle: Parameters) -> float:
-    """RMSE of free runs over the recorded peak to peak, root mean square over runs; the rig's zero is taken out."""
-    shares = []
-    for run in runs:
-        for name, predicted in run.predict(muscle).items():
-            left = run.observed[name].value - predicted
-            if name in FLOATING_ZERO:
-                left = left - left.mean()
-            shares.append(float(np.mean(left**2)) / float(np.ptp(run.observed[name].value)) ** 2)
-    return float(np.sqrt(np.mean(shares))) if shares else float('nan')
+def unseen_errors(runs: Sequence[Experiment], muscle: Parameters) -> tuple[float, float]:
+    """Errors (A) and (B), root mean square over the runs."""
+    plainly = [missed(run, muscle) for run in runs]
+    warmer = [
+        float(minimize_scalar(lambda x, run=run: missed(run, heated(muscle, x)), bounds=(-HEAT, HEAT)).fun)
+        for run in runs
+    ]
+    return float(np.sqrt(np.mean(np.square(plainly)))), float(np.sqrt(np.mean(np.square(warmer))))
+
+
+def heated(muscle: Parameters, change: float) -> Parameters:
+    """The muscle with another heat exchange, by a logarithm."""
+    return muscle.replace(hA=float(muscle['hA'] * np.exp(change)))
+
+
+def missed(run: Experiment, muscle: Parameters) -> float:
+    """RMSE of a free run with its own gain and zero, over the recorded peak to peak."""
+    (name,) = run.observed
+    seen = run.observed[name].value
+    return float(np.sqrt(np.mean((seen - with_gain(run.predict(muscle)[name], seen)) ** 2)) / np.ptp(seen))
+
+
+def with_gain(predicted: Array, seen: Array) -> Array:
+    """The prediction with the gain and zero that bring it nearest to what was seen."""
+    columns = np.stack([predicted, np.ones_like(predicted)], axis=1)
+    return np.asarray(columns @ np.linalg.lstsq(columns, seen, rcond=None)[0])
+
+
+def row(outcomes: Sequence[Outcome]) -> str:
+    """One row of the table of errors: means over the splits, in per cent of the peak."""
+    first = outcomes[0]
+    known = [o.errors for o in outcomes if o.errors is not None]
+
+    def mean(which: str, k: int) -> str:
+        return f'{100 * np.mean([getattr(e, which)[k] for e in known]):.1f}' if known else '-'
+
+    floor = '-' if first.floor is None else f'{100 * first.floor.own_gain:.1f}'
+    names = sorted({plain(f.effect) for o in outcomes for f in o.diagnosis.findings})
+    verdicts = sorted({plain(o.diagnosis.verdict) for o in outcomes})
+    cells = [mean('recalibrated', 0), mean('improved', 0), floor, mean('recalibrated', 1), mean('improved', 1)]
+    return f'| {first.title} | {" | ".join(cells)} | {", ".join(verdicts)} | {", ".join(names) or "nothing"} |'
+
+
+HEADING = (
+    '| group | recalibrated (A) | improved (A) | floor | recalibrated (B) | improved (B) | verdict | named |\n'
+    '|---|---|---|---|---|---|---|---|'
+)
 
 
 def paragraphs(outcome: Outcome) -> list[str]:
@@ -114,14 +153,16 @@ def paragraphs(outcome: Outcome) -> list[str]:
             f'* **Located**: {where.stage} stage, {where.channel}, {phases}; {drivers}; typically '
             f'{error_text(where.channel, where.size)}.'
         )
+    lines.append(f'* **In one sentence**: {d.headline}')
     for f in d.findings:
         lines += [f'* **Named**: {plain(f.effect)} ({f.stage}), {probability_text(f)}; {told_apart(f)}.']
     if not d.findings:
         lines.append('* **Named**: nothing.')
-    if outcome.unseen:
+    if outcome.errors is not None:
+        before, after = outcome.errors.recalibrated[0], outcome.errors.improved[0]
         lines.append(
-            f'* **Unseen runs**: RMSE {100 * outcome.before:.1f} % of the peak recalibrated, '
-            f'{100 * outcome.after:.1f} % with what was found.'
+            f'* **Unseen runs**, gain and zero fitted: {100 * before:.1f} % of the peak recalibrated, '
+            f'{100 * after:.1f} % with what was found.'
         )
     for name, fit in d.fit.items():
         if fit.held_out is not None:

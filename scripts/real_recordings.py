@@ -16,12 +16,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from real_diagnoses import MOST, diagnose_group, forced_air, paragraphs
+from real_diagnoses import HEADING, MOST, Outcome, diagnose_group, forced_air, paragraphs, power_of, row, with_gain
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, calibrate
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
 from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.report.marked import replace_marked
@@ -140,17 +141,77 @@ def draw(group: Group, together: Calibration, names: list[str]) -> Path:
     return path
 
 
-def diagnoses(all_runs: dict[str, Experiment]) -> list[str]:
-    """What the diagnosis says of each group, as lines of markdown, and the test whose answer is known."""
-    lines = []
+def diagnoses(all_runs: dict[str, Experiment], splits: int, write: bool) -> list[str]:
+    """The table of errors and what the diagnosis says of each group, as lines of markdown, and the test whose answer is
+    known; with ``write`` a figure of each group."""
+    rows, lines = [], []
     for group in GROUPS:
         begun = time.monotonic()
         names = [n for n in all_runs if n.startswith(group.starts) and group.leave_out not in n]
-        lines += paragraphs(diagnose_group(group.title, {n: all_runs[n] for n in names}, NOMINAL))
+        mine = {n: all_runs[n] for n in names}
+        found = [diagnose_group(group.title, mine, NOMINAL, split) for split in range(splits)]
+        rows.append(row(found))
+        lines += paragraphs(found[0])
+        for other in found[1:]:
+            lines += [f'Another split, of {", ".join(other.fitted)}: {other.diagnosis.headline}', '']
+        if write:
+            path = draw_repeated(group, mine, found[0])
+            lines += [f'![{group.title}: runs, band, models]({path.relative_to(PAGE.parent)})', '']
         print(f'{group.title}: {time.monotonic() - begun:.0f} s', file=sys.stderr, flush=True)
     free = [run for name, run in sorted(all_runs.items()) if name.startswith('mandrel_3W_free')]
     forced = [run for name, run in sorted(all_runs.items()) if name.startswith('mandrel_3W_forced')]
-    return [*lines, *forced_air(free, forced, NOMINAL)]
+    return [HEADING, *rows, '', *lines, *forced_air(free, forced, NOMINAL)]
+
+
+def draw_repeated(group: Group, runs: dict[str, Experiment], outcome: Outcome) -> Path:
+    """Runs of the lowest and the highest power, each with its own gain, the band in which they repeat each other, and
+    the paper's model recalibrated and improved."""
+    kinds: dict[str, list[str]] = {}
+    for name in sorted(runs):
+        kinds.setdefault(power_of(name), []).append(name)
+    picked = [kinds[k] for k in (sorted(kinds)[:1] + sorted(kinds)[1:][-1:])]
+    figure, axes = canvas(1, len(picked), width=4.6 * len(picked), height=3.4)
+    for axis, names in zip(np.ravel(axes), picked, strict=True):
+        first = runs[names[0]]
+        channel = channel_of(first)
+        time_s, seen = first.observed[channel].time, first.observed[channel].value
+        since = [float(runs[n].imposed.time[np.argmax(runs[n].imposed.drive > 0.0)]) for n in names]
+        each = []
+        for name, start in zip(names, since, strict=True):
+            o = runs[name].observed[channel]
+            each.append(np.interp(time_s - since[0], o.time - start, o.value, left=np.nan, right=np.nan))
+        alike = [_to_first(values, seen) for values in each]
+        for k, values in enumerate(alike):
+            axis.plot(
+                time_s, shown(channel, values), color=RECORDED, linewidth=0.7, alpha=0.6, label='' if k else 'runs'
+            )
+        middle = np.nanmean(np.stack(alike), axis=0)
+        if outcome.floor is not None and len(names) > 1:
+            half = outcome.floor.own_gain * float(np.ptp(seen))
+            low, high = shown(channel, middle - half), shown(channel, middle + half)
+            axis.fill_between(time_s, low, high, color='#999999', alpha=0.3, linewidth=0, label='repeatability')
+        models = (
+            ('paper, recalibrated', outcome.diagnosis.calibrated, ':'),
+            ('improved', outcome.diagnosis.improved, '-'),
+        )
+        for label, muscle, style in models:
+            if muscle is not None:
+                course = with_gain(first.predict(muscle)[channel], np.where(np.isfinite(middle), middle, seen))
+                axis.plot(time_s, shown(channel, course), style, color=PREDICTED, linewidth=1.6, label=label)
+        axis.set_title(power_of(names[0]), fontsize=9)
+        axis.set_xlabel('time (s)')
+        axis.set_ylabel(CHANNEL_AXIS[channel])
+        axis.legend(fontsize=7, frameon=False)
+    path = IMAGES / f'repeated_{group.title.replace(",", "").replace(" ", "_")}.png'
+    save(figure, path)
+    return path
+
+
+def _to_first(values: Array, seen: Array) -> Array:
+    """A run with the gain and zero that bring it nearest to the first, where both were seen."""
+    both = np.isfinite(values)
+    gain, zero = np.linalg.lstsq(np.stack([values[both], np.ones(both.sum())], axis=1), seen[both], rcond=None)[0]
+    return np.asarray(gain * values + zero)
 
 
 def main() -> int:
@@ -159,12 +220,13 @@ def main() -> int:
     parser.add_argument('--data', type=Path, default=ROOT.parent / 'shared' / 'data')
     parser.add_argument('--write', action='store_true')
     parser.add_argument('--diagnose', action='store_true', help='what the diagnosis says of each group')
+    parser.add_argument('--splits', type=int, default=1, help='of training and unseen runs, with --diagnose')
     args = parser.parse_args()
     if not args.data.is_dir():
         print(f'{args.data}: not there, so nothing can be calibrated', file=sys.stderr)
         return 2
     if args.diagnose:
-        text = '\n'.join(diagnoses(experiments(args.data, most=MOST)))
+        text = '\n'.join(diagnoses(experiments(args.data, most=MOST), args.splits, args.write))
         if args.write:
             replace_marked(PAGE, 'diagnoses', text)
         else:

@@ -136,6 +136,7 @@ def _finding(f: Finding) -> dict[str, object]:
         'probability': f.probability,
         'singled_out': f.singled_out,
         'indistinguishable_from': f.indistinguishable_from,
+        'cluster': [{'effect': m.effect, 'stage': m.stage, 'probability': m.probability} for m in f.cluster],
         'improvement': {channel: _change(c) for channel, c in f.improvement.items()},
         'gain': f.gain,
         'evidence': dict(f.evidence),

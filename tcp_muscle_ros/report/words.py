@@ -157,7 +157,15 @@ def told_apart(finding: Finding) -> str:
     rivals = ' or '.join(plain(other) for other in finding.indistinguishable_from)
     said = [f'could as well be {rivals}'] if rivals else []
     said += ['its interval includes no effect'] if finding.may_be_nothing else []
+    said += ['one channel does not tell the stages apart'] if finding.one_channel and not said else []
     return '; '.join(said) or 'no other listed effect explains as much'
+
+
+def cluster_text(finding: Finding) -> str:
+    """``supply lag 0.54 (electrical), two node 0.31 (thermal)``: causes that look alike; empty where there is one."""
+    if len(finding.cluster) < 2:
+        return ''
+    return ', '.join(f'{plain(m.effect)} {number(m.probability, 2)} ({m.stage})' for m in finding.cluster)
 
 
 def probability_text(finding: Finding) -> str:

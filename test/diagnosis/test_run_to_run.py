@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE
 
+from tcp_muscle_ros.diagnosis.answer.cluster import cluster, one_channel
 from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
@@ -15,6 +16,9 @@ from tcp_muscle_ros.diagnosis.noise.replicates import protocols
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.diagnosis.search.holdout import Gain
+from tcp_muscle_ros.diagnosis.search.rivals import Rival
+from tcp_muscle_ros.diagnosis.search.selection import Chosen
 from tcp_muscle_ros.muscle import simulate
 
 TIME = np.arange(0.0, 75.0, 0.5)
@@ -91,3 +95,15 @@ def test_the_verdict_on_runs_that_differ_is_that_they_do_and_no_physics_is_named
     assert [r.protocol for r in found.runs] == [1] * 4
     gains = [r.gain for r in found.runs]
     assert max(gains) / min(gains) == pytest.approx(GAINS[-1] / GAINS[0], rel=0.15)
+
+
+def test_causes_that_look_alike_share_one_probability_and_one_channel_is_known_as_such(specimens):
+    fitted = calibrate(specimens[:1], NOMINAL).fit
+    rivals = [
+        Rival(effect, fitted, score) for effect, score in (('supply_lag', 10.0), ('two_node', 12.0), ('creep', 90.0))
+    ]
+    gain = Gain(1.0, 0.1, 0.1, 1.0, 1)
+    found = cluster(Chosen('supply_lag', 60.0, gain, 0.5, tuple(rivals)))
+    assert [(m.effect, m.stage) for m in found] == [('supply_lag', 'electrical'), ('two_node', 'thermal')]
+    assert sum(m.probability for m in found) == pytest.approx(1.0) and found[0].probability < 0.8
+    assert one_channel(fitted.problem)

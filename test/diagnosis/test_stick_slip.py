@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tcp_muscle_ros.diagnosis.answer.notes import on_rests
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import Signature, alike, signature
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
@@ -92,12 +93,13 @@ def test_the_stroke_of_the_bench_rig_sticks_and_slips_and_its_force_does_not():
     import_map = read_import_map(ROOT / 'config' / 'import_tca_bench_rig.yaml')
     wanted = ('stroke_1W_1', 'stroke_1W_3', 'stroke_2W_2', 'stroke_2W_5', 'stroke_3W_1a', 'stroke_3W_5a')
     force = ('force_1W_1', 'force_2W_1', 'force_3W_1', 'force_4W_1')
-    found = {}
+    found, prepared = {}, []
     for run in import_runs(import_map, lab_files([DATA / 'tca_bench_rig'])):
         if run.name in (*wanted, *force):
             experiment = prepare(run.recording, NOMINAL, most=None)
             fitted = calibrate([experiment], NOMINAL).fit
             (channel,) = experiment.observed
+            prepared += [experiment] if run.name in wanted[-2:] else []
             o = experiment.observed[channel]
             found[run.name] = signature(o.time, o.value, o.value - fitted.left[0][channel])
     assert [found[name].kind for name in wanted] == ['stick_slip'] * 6
@@ -105,5 +107,7 @@ def test_the_stroke_of_the_bench_rig_sticks_and_slips_and_its_force_does_not():
     up, down = (np.concatenate([found[name].sizes(way) for name in wanted]) for way in (1.0, -1.0))
     assert up.size > 40 and down.size > 25
     assert np.concatenate([found[name].durations() for name in wanted]).max() > 2.0
+    told = on_rests(calibrate(prepared, NOMINAL, separate=('B',)).fit)
+    assert len(told) == 1 and 'the stroke sticks and slips in' in told[0] and 'jumps both ways' in told[0]
     one, other = found['stroke_2W_2'].sizes(), found['stroke_2W_5'].sizes()
     assert alike(one, other) > 0.05

@@ -12,6 +12,7 @@ import pytest
 from report.diagnoses import ALL
 from report.html_page import Page
 
+from tcp_muscle_ros.diagnosis.answer.findings import Member
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.report import words
 from tcp_muscle_ros.report.diagnosis_figures import draw_channels, telling_recording
@@ -112,7 +113,8 @@ def test_nothing_that_may_be_nothing_is_called_sure(made, name):
     d, _ = made[name]
     page, terminal, data = render(d), summary(d), as_data(d)
     for finding, said in zip(d.findings, data['findings'], strict=True):
-        assert said['singled_out'] is (not finding.indistinguishable_from and not finding.may_be_nothing)
+        alone = not finding.indistinguishable_from and not finding.may_be_nothing
+        assert said['singled_out'] is (alone and not finding.one_channel)
         assert ('its interval includes no effect' in words.told_apart(finding)) == finding.may_be_nothing
         if finding.may_be_nothing:
             assert 'ts interval includes no effect' in page and 'its interval includes no effect' in terminal
@@ -131,3 +133,14 @@ def test_each_finding_tells_its_own_improvement(made):
     assert len(said) == 3
     assert 'without it (with all others) and with it: displacement 1.90 to 0.0430 mm.' in said[0]
     assert 'temperature 1.10 to 0.160 K; displacement 0.310 to 0.0410 mm.' in said[1]
+
+
+def test_one_channel_singles_nothing_out_and_the_causes_that_look_alike_are_told(made):
+    d, _ = made['creep']
+    cluster = (Member('creep', 'mechanical', 0.7), Member('two_node', 'thermal', 0.3))
+    found = replace(d.findings[0], one_channel=True, cluster=cluster, indistinguishable_from=())
+    d = replace(d, findings=(found,))
+    assert not found.singled_out and as_data(d)['findings'][0]['singled_out'] is False
+    assert 'one channel does not tell the stages apart' in summary(d)
+    assert 'creep 0.70 (mechanical), two node 0.30 (thermal)' in render(d)
+    assert [m['probability'] for m in as_data(d)['findings'][0]['cluster']] == [0.7, 0.3]

@@ -102,13 +102,23 @@ class FreeLaw:
 
 
 @dataclass(frozen=True)
+class Member:
+    """A cause of a cluster of causes that look alike, and the share of the cluster's probability that is its own."""
+
+    effect: str
+    stage: str
+    probability: float
+
+
+@dataclass(frozen=True)
 class Finding:
     """One named effect, or a law without a name (``unlisted``).
 
     ``probability``: that it is there, rather than one of those it competes with or nothing; ``indistinguishable_from``:
     the others that the data admit as well. ``improvement``: the free-run error on data not used for the fit, by
     channel that it changes: with all other findings but without this one, and with all. ``evidence``: what its
-    probability is made from, by term (answer/probability.py).
+    probability is made from, by term (answer/probability.py). ``cluster``: the causes that compete for its place,
+    itself too; their probabilities add up to one. ``one_channel``: nothing else was recorded, so that no stage is told.
     """
 
     effect: str
@@ -122,6 +132,8 @@ class Finding:
     gain: float
     unlisted: FreeLaw | None = None
     evidence: Mapping[str, float] = field(default_factory=dict)
+    cluster: tuple[Member, ...] = ()
+    one_channel: bool = False
 
     @property
     def may_be_nothing(self) -> bool:
@@ -131,8 +143,8 @@ class Finding:
 
     @property
     def singled_out(self) -> bool:
-        """Whether the data admit it and nothing else in its place, not even nothing."""
-        return not self.indistinguishable_from and not self.may_be_nothing
+        """Whether the data admit it and nothing else in its place, not even nothing; one channel never tells that."""
+        return not self.indistinguishable_from and not self.may_be_nothing and not self.one_channel
 
 
 @dataclass(frozen=True)

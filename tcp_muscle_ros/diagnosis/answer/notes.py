@@ -1,6 +1,14 @@
-"""What is said of slips, of leaps, and of what several channels see at once: none of it has a name."""
+"""What is said of slips, leaps, rests and stops, and of what several channels see at once: none of it is a law."""
 
-from tcp_muscle_ros.diagnosis.answer.sentences import amount
+from collections.abc import Iterator
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.stick_slip import STOP, Signature, signature
+from tcp_muscle_ros.diagnosis.hypothesis.roles import CHANCE
+from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.diagnosis.search.shared import shared_misfit, wandering
@@ -36,3 +44,39 @@ def on_shared(selection: Selection, unexplained: Unexplained | None) -> tuple[st
         f'the remaining errors of {one} and {two} are correlated ({found.correlation:.2f}), which noise is not: '
         f'something outside the muscle acts on both, such as a draught, a drifting room or an unstable supply',
     )
+
+
+def on_rests(fitted: Fit) -> tuple[str, ...]:
+    """In which recordings a channel rests and jumps where the model moves, and where a contraction stops short."""
+    said = []
+    seen = list(_signatures(fitted))
+    for channel in dict.fromkeys(name for _, name, _ in seen):
+        mine = [(label, s) for label, name, s in seen if name == channel]
+        sticking = [s for _, s in mine if s.kind == CHANCE]
+        if sticking:
+            rests = np.concatenate([s.durations() for s in sticking])
+            jumps = np.concatenate([s.sizes() for s in sticking])
+            low, high = (amount(channel, float(np.quantile(jumps, q))) for q in (0.1, 0.9))
+            short, long = np.quantile(rests, (0.1, 0.9))
+            said.append(
+                f'the {quantity(channel)} sticks and slips in {len(sticking)} of {len(mine)} recordings: {rests.size} '
+                f'rests, mostly of {short:.1f} to {long:.1f} s, and {jumps.size} jumps both ways, mostly of {low} to '
+                f'{high}; their instants are chance, so no model predicts them (effect: stick_slip)'
+            )
+        said += [
+            f'{label}: the {quantity(channel)} ends flat while the simulation goes on: a stop, such as coils in '
+            f'contact, a rail or a string'
+            for label, s in mine
+            if s.kind == STOP
+        ]
+    return tuple(said)
+
+
+def _signatures(fitted: Fit) -> Iterator[tuple[str, str, Signature]]:
+    """What each recording shows of rests and jumps in each channel that moves; not where it was averaged, for a jump
+    takes less than a sample."""
+    for experiment, left in zip(fitted.problem.experiments, fitted.left, strict=True):
+        for name in STROKE:
+            o = experiment.observed.get(name)
+            if o is not None and o.time.size > 2 and float(o.count.max()) == 1.0:
+                yield experiment.name, name, signature(o.time, o.value, o.value - left[name])

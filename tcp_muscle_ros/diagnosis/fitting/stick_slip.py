@@ -29,6 +29,7 @@ _AFTER = 2  # samples between a rest and the jump that ends it
 _FEWEST = 2  # jumps each way, and rests
 _SHARE = 0.25  # of the motion, in jumps that end a rest
 _SLIPPED = 0.02  # of the whole motion, in slips
+STOP = 'stop'  # a kind of signature
 _HIGH, _STOPPED = 0.5, 0.1  # the level of a stop, and the share of the whole motion that the prediction goes on
 
 
@@ -117,7 +118,7 @@ def _kind(rests: Sequence[Rest], jumps: Sequence[Jump], share: float, span: floa
     if len(loose) >= _FEWEST and slips and not released:
         return 'one_way'
     stopped = any(rest.level > _HIGH and rest.missed > _STOPPED * span for rest in rests)
-    return 'stop' if stopped and not released else 'none'
+    return STOP if stopped and not released else 'none'
 
 
 def _rests(time: Array, value: Array, predicted: Array, still: float) -> list[Rest]:

@@ -1,0 +1,35 @@
+"""Causes that look alike: one cluster with a probability for each member, which add up to one.
+
+With power in and one channel out, causes in different stages look alike: a supply that lags, a core that lags, a clock.
+One of them is the finding, and its share says how much it leads; the others are told beside it.
+"""
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.answer.findings import Member
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.search.rivals import margin
+from tcp_muscle_ros.diagnosis.search.selection import Chosen
+
+_LEAST = 0.02  # a member that is less probable is not told
+
+
+def cluster(chosen: Chosen) -> tuple[Member, ...]:
+    """An effect and what competed for its place, the most probable first."""
+    scores = np.array([r.score for r in chosen.rivals])
+    policy = chosen.rivals[0].policy
+    weights = np.exp(-0.5 * policy.told_apart / margin(chosen.drop, policy) * (scores - scores.min()))
+    shares = weights / weights.sum()
+    kept = [
+        (share, r)
+        for share, r in zip(shares, chosen.rivals, strict=True)
+        if share >= _LEAST or r.effect == chosen.effect
+    ]
+    total = sum(share for share, _ in kept)
+    found = [Member(r.effect, r.definition.stage, float(share / total)) for share, r in kept]
+    return tuple(sorted(found, key=lambda member: -member.probability))
+
+
+def one_channel(problem: Problem) -> bool:
+    """Whether the recordings show one output only."""
+    return len(set().union(*(e.observed for e in problem.experiments))) == 1
