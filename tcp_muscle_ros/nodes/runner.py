@@ -29,6 +29,7 @@ from std_msgs.msg import Float64
 from tcp_muscle_ros.control.playing import Cold, Part, Supervisor, instants
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
+from tcp_muscle_ros.nodes.lockstep import TICK
 from tcp_muscle_ros.nodes.recorder import Recorder
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, publishers_of
@@ -141,6 +142,17 @@ class Runner:
         answered = time.monotonic()
         while not self._answers and time.monotonic() - answered < _DIAGNOSED_WITHIN:
             self._pause()
+        self._refuse_simulated_time()
+
+    def _refuse_simulated_time(self) -> None:
+        """A protocol is played in real time: in any other its seconds would be none of the muscle's."""
+        leaders = publishers_of(self._node, TICK)
+        for name in self._supervisor.heard if leaders else ():
+            for leader in leaders & publishers_of(self._node, self._resolved(CHANNELS[name].topic)):
+                raise BadInput(
+                    f'{leader} does not run in real time, in which a protocol is played; start it with '
+                    'real_time_factor 1, or use tcp_muscle simulate'
+                )
 
     def _refuse_another(self) -> None:
         other = self._another()

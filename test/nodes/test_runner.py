@@ -175,6 +175,20 @@ def test_two_commanders_are_refused_and_both_nodes_say_so(bench, muscle, tmp_pat
     controller.end(signal.SIGINT)
 
 
+def test_a_muscle_that_is_not_in_real_time_is_refused_with_the_reason(bench, tmp_path):
+    sim = bench.start('sim_node', 'hurried', real_time_factor=0.0)
+    current = bench.listen('/hurried/current')
+    bench.until(lambda: current, 'sim_node publishes nothing', 120.0)
+    run = played(bench, tmp_path, namespace='hurried')
+    bench.programs.remove(run)  # it is to fail
+    bench.until(lambda: run.process.poll() is not None, 'it goes on')
+    assert run.process.returncode == 2
+    assert '/hurried/sim_node does not run in real time, in which a protocol is played' in run.said()
+    assert not (tmp_path / 'bag').exists()
+    sim.kill()
+    bench.forget(current)
+
+
 def test_a_fault_of_the_driver_and_a_muscle_hotter_than_the_rig_allows_end_it(bench, tmp_path):
     """It loses a tenth of the heat that the model foresees."""
     current = bench.listen('/faulty/current')
