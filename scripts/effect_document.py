@@ -42,14 +42,16 @@ of the loop of stroke over temperature helps: with x = contraction, heating lies
 clock_skew, creep, branch_cte and end_conduction, cooling for two_node, hysteresis and friction. A slower cycle makes
 the loop smaller for all of these but branch_cte, hysteresis and friction.
 
-**Laws without a name.** `free_conductance`, `free_capacity`, `free_resistance`, `free_stroke`, `free_stiffness`,
+**Unlisted laws.** `free_conductance`, `free_capacity`, `free_resistance`, `free_stroke`, `free_stiffness`,
 `free_slow_state` and `free_delay` stand for physics that is not in this list. Each is a table (`at`, `value`, in SI,
 so temperatures in K) over a quantity (`driver`), interpolated by a natural cubic spline. Beyond its table a law is
 extended in a straight line, and the muscle is reported to be outside the model's domain. The default tables are
 examples. In a ROS parameter file write the numbers of an array all with a decimal point, or all without. The
 controller inverts the tables of stroke and stiffness. If a table makes the stroke turn back, it uses the branch up to
 the turn, and setpoints beyond it are refused. `stick_slip` moves at random instants, the same for the same seed.
-`diagnose` names none of these: a free law has no name, and the random instants have no derivative for a fit.
+Where the listed effects leave an error,
+`diagnose` tries the free laws, and reports one that unseen data confirm as `unlisted`, with its curve. It does not fit
+`stick_slip`, whose random instants have no derivative.
 
 ```yaml
 /**:

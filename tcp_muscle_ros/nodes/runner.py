@@ -133,10 +133,10 @@ class Runner:
             self._pause()
             if time.monotonic() - begun > _HEARD_WITHIN:
                 listens = self._command.publisher.get_subscription_count()
-                lacking = 'publishes no measurement' if listens else 'takes commands'
+                heard = 'a node takes commands, but publishes no measurement' if listens else 'no muscle answers'
                 raise BadInput(
-                    f'nothing under {self._namespace} {lacking} within {_HEARD_WITHIN:.0f} s; start a muscle, or give '
-                    'its --namespace'
+                    f'under {self._namespace} {heard} within {_HEARD_WITHIN:.0f} s; start a muscle, or give its '
+                    '--namespace'
                 )
         self._refuse_another()
         answered = time.monotonic()

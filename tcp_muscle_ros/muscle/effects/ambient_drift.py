@@ -1,9 +1,9 @@
-"""T-04 ambient drift: the air around the muscle changes while the ambient thermometer does not tell.
+"""T-04 ambient drift: the air around the muscle changes, and no thermometer shows it.
 
     Tinf -> Tinf + a z (1 + (1 - z) (b + c (1 - 2 z))),   z = min(t / tau, 1)
 
-Rooms and enclosures drift 0.3 to 2 K over minutes: by a in all, by way of a bow b and a swing c. Without them it is a
-ramp; with b = 1 it slows down to its end as an enclosure does that warms up.
+Rooms and enclosures drift 0.3 to 2 K over minutes. The total change is a; b bends its course, c gives it an S shape.
+With b = c = 0 it is a ramp; with b = 1 it slows down towards its end, as in an enclosure that warms up.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
@@ -26,9 +26,9 @@ EFFECT = Effect(
     equation='Tinf + a z (1 + (1 - z) (b + c (1 - 2 z))), z = t / tau',
     source='rooms and enclosures that warm up',
     parameters=(
-        Parameter('a', 1.0, 'K', -20.0, 20.0, 'rise of the ambient in all', 'estimated: 0.3 to 2 K'),
-        Parameter('b', 0.0, '1', -20.0, 20.0, 'bow on the way, over the rise', 'a free choice'),
-        Parameter('c', 0.0, '1', -40.0, 40.0, 'swing on the way, over the rise', 'a free choice'),
+        Parameter('a', 1.0, 'K', -20.0, 20.0, 'total rise of the ambient', 'estimated: 0.3 to 2 K'),
+        Parameter('b', 0.0, '1', -20.0, 20.0, 'bend of the course, relative to the rise', 'a free choice'),
+        Parameter('c', 0.0, '1', -40.0, 40.0, 'S shape of the course, relative to the rise', 'a free choice'),
         Parameter('tau', 200.0, 's', 10.0, 1e5, 'how long it goes on', 'estimated: minutes', fitted=False),
     ),
     hooks={'surroundings': surroundings},

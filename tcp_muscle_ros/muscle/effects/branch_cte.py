@@ -1,10 +1,10 @@
-"""M-04 branch-dependent contraction: above Tg, heating contracts with another coefficient than cooling lets go.
+"""M-04 branch-dependent contraction: above Tg, the coefficient of heating differs from that of cooling.
 
     dz/dt = g(T) dT/dt - z |dT/dt| / 10 K,   g = 1 / (1 + exp(-(T - Tg) / 5 K)),   T_drive = T + c z
 
-A rate-independent (Duhem) loop. On the way up the contraction is ahead, on the way down behind: heating lies on top; it
-opens above Tg and shuts at the extremes, because every reversal starts where the other branch ended. A loop the other
-way round is hysteresis or friction: c is not negative.
+A rate-independent (Duhem) loop. The contraction leads the temperature on heating and lags it on cooling, so the heating
+branch lies on top. The loop opens above Tg and closes at the extremes, because each branch starts where the other
+ended. A loop in the other direction is hysteresis or friction: c is not negative.
 """
 
 from math import exp

@@ -2,9 +2,9 @@
 
     ym(t) = y(t - d - r t)
 
-y is the temperature, the displacement, the resistance or the force; d a delay, r the pace at which that clock falls
-behind. Of the last values 32 at least (d + r t)/30 apart are kept and read with straight lines between them: over edges
-the delay is right to a thirtieth of itself, or to the sample. A jump with the load stays a jump.
+y is the temperature, the displacement, the resistance or the force; d is a delay, r the rate at which that clock falls
+behind. 32 past values are kept, at least (d + r t)/30 apart, and interpolated linearly: at an edge the delay is exact
+to a thirtieth of itself, or to a sample. A jump caused by the load stays a jump.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

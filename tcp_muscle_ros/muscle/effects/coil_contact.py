@@ -2,8 +2,8 @@
 
     H -> H + s w ln(1 + exp((Hc - H)/w))
 
-A soft stop: with s = 1 the length never falls below Hc, and a held muscle's force no longer rises with heat there.
-Hc = N d/cos b is 56 to 130 mm, by which fibre diameter (0.2 to 0.46 mm) is meant.
+A soft stop: with s = 1 the length never falls below Hc, and there the force of a held muscle no longer rises with the
+temperature. Hc = N d/cos b is 56 mm for a fibre diameter d of 0.2 mm and 130 mm for one of 0.46 mm.
 """
 
 from math import exp, log1p

@@ -1,9 +1,9 @@
-"""Current gain: the ammeter is off, and with it what the muscle really gets for a recorded current or power.
+"""Current gain: the ammeter is wrong, so the muscle gets another current or power than was recorded.
 
     i = g (i_shown - z),   R_shown = V / i_shown, or R where an ohmmeter measures it apart
 
-z is what it shows beside the current that flows. A recorded power is V i_shown, where V is that of the plain
-resistance (equation 4); a recorded voltage is right. Where it shows nothing nothing flows.
+z is the offset of what it shows. A recorded power is V i_shown, where V follows from the resistance of equation 4; a
+recorded voltage is right. Where the ammeter shows zero, no current flows.
 """
 
 from math import sqrt
@@ -69,7 +69,7 @@ EFFECT = Effect(
     source='tolerance of shunts and displays',
     parameters=(
         Parameter('g', 1.02, '1', 0.5, 2.0, 'slope of true over shown current', 'estimated: 1 to 3 %'),
-        Parameter('z', 0.0, 'A', -5e-3, 5e-3, 'shown beside what flows', 'estimated: 0.1 to 1 % of a range of 0.5 A'),
+        Parameter('z', 0.0, 'A', -5e-3, 5e-3, 'offset of what is shown', 'estimated: 0.1 to 1 % of a range of 0.5 A'),
         Parameter(
             'ohms', 0.0, '1', 0.0, 1.0, 'how the resistance is measured: 0 by this ammeter, 1 apart', 'a free choice',
             choices=('by this ammeter', 'apart'), fitted=False,

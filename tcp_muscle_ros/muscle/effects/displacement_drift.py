@@ -2,8 +2,8 @@
 
     xm = x + r t (1 + (1 - z) (b + c (1 - 2 z))),   z = min(t / tau, 1)
 
-0.1 to 1 mm in 200 s: at the mean rate r, by way of a bow b and a swing c. Without them it is a ramp; with b = 1 it
-slows down to its end, at tau, as a laser does that warms up.
+0.1 to 1 mm in 200 s. The mean rate is r; b bends the course, c gives it an S shape. With b = c = 0 it is a ramp; with
+b = 1 it slows down towards tau, as a laser that warms up.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
@@ -27,8 +27,8 @@ EFFECT = Effect(
     source='warm-up of laser sensors',
     parameters=(
         Parameter('r', 2.5e-6, 'm/s', -1e-3, 1e-3, 'mean drift', 'estimated: 0.1 to 1 mm in 200 s'),
-        Parameter('b', 0.0, '1', -20.0, 20.0, 'bow on the way, over the drift in all', 'a free choice'),
-        Parameter('c', 0.0, '1', -40.0, 40.0, 'swing on the way, over the drift in all', 'a free choice'),
+        Parameter('b', 0.0, '1', -20.0, 20.0, 'bend of the course, relative to the drift', 'a free choice'),
+        Parameter('c', 0.0, '1', -40.0, 40.0, 'S shape of the course, relative to the drift', 'a free choice'),
         Parameter('tau', 200.0, 's', 10.0, 1e5, 'how long it bends', 'estimated: minutes', fitted=False),
     ),
     hooks={'sensor': sensor},

@@ -3,8 +3,8 @@
     C dT/dt = ... - g T (dH/dT)_F dF/dt
 
 From dS = 0 and (dS/dF)_T = (dH/dT)_F, which is negative here: g = 1 is thermodynamics of the paper's own H(T, F). A
-load that jumps makes the temperature jump (+1.8 K for 0.69 N at 70 degC). Under a constant force nothing is left but
-the capacity C that was measured so. A held muscle feels its own force.
+load step makes a temperature step (+1.8 K for 0.69 N at 70 degC). Under a constant force the term vanishes, because C
+was measured under a constant force. In a held muscle its own force acts.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

@@ -1,13 +1,13 @@
-"""T-11 end conduction: the clamps keep the ends cold, so that the mean temperature stays below the middle's.
+"""T-11 end conduction: the clamps cool the ends, so the mean temperature is below that of the middle.
 
 A fin of length l at each end of the coil, in the middle theta_m = T_m - Tinf, in the mean theta = theta_m - delta:
 
     d delta/dt = 2 (eta theta_m - delta) / tau,   eta = 2 l/H0,  tau = C/hA
     C dT/dt = i^2 R - hA (T - Tinf) - hA (2 eta theta_m - delta)
 
-T is the mean: it has the resistance and the contraction. The thermometer sits in the middle and shows T + delta. The
-heat equation of a half-infinite rod gives delta = eta theta_m / sqrt(1 + s tau); one state matches its steady value and
-its delay tau/2. l is 0.84 mm for the muscle alone and 5 to 10 mm with crimped tubes.
+T is the mean, which sets the resistance and the contraction. The thermometer is in the middle and shows T + delta. The
+heat equation of a half-infinite rod gives delta = eta theta_m / sqrt(1 + s tau); one state reproduces its steady value
+and its delay tau/2. l is 0.84 mm for the muscle alone and 5 to 10 mm with crimped tubes.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

@@ -1,8 +1,8 @@
-"""T-06 exposed area: an open coil gives off more heat than a packed one.
+"""T-06 exposed area: an open coil loses more heat than a closed one.
 
     hA -> hA (H / H0)^e
 
-Between open and packed the conductance changes by about 20 %.
+From open to closed the conductance changes by about 20 %.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

@@ -1,9 +1,9 @@
-"""M-11 first cycle: a fresh muscle gives a stroke that it gives only once.
+"""M-11 first cycle: a new muscle has an additional stroke in its first heating only.
 
     H -> H + a (1 - m),   dm/dt = max(0, e(T) - m) / tau,   e = 1 - exp(-(T - T0)/w)
 
-Heating sets free the share e of it, as far as none has set free more before, and within tau. Published (lonely stroke):
-2 to 10 mm, set free mostly between 25 and 50 degC, gone after one to three cycles.
+Heating to T releases the share e of it with the time constant tau, unless an earlier heating released more. Published
+(lonely stroke): 2 to 10 mm, released mostly between 25 and 50 degC, gone after one to three cycles.
 """
 
 from math import exp

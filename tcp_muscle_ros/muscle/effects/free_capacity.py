@@ -1,9 +1,9 @@
-"""Free capacity: a law of the heat capacity that has no name, given as a table.
+"""Free capacity: an unlisted law of the heat capacity, given as a table.
 
     C -> C (1 + f(x)),   x a temperature, length, force or the time; held within 0.2 to 5 times C
 
-f is a natural cubic spline through a table (``free_law.py``). Beyond the table f goes on
-straight, and the muscle says so.
+f is a natural cubic spline through a table (``free_law.py``). Beyond the table f is
+linear, and the muscle reports it.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

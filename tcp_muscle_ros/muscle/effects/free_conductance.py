@@ -1,9 +1,9 @@
-"""Free conductance: a law of the conductance that has no name, given as a table.
+"""Free conductance: an unlisted law of the conductance, given as a table.
 
     hA -> hA (1 + f(x)),   x a temperature, current, power, length, force or the time; never below hA/20
 
-f is a natural cubic spline through a table (``free_law.py``). Beyond the table f goes on
-straight, and the muscle says so.
+f is a natural cubic spline through a table (``free_law.py``). Beyond the table f is
+linear, and the muscle reports it.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

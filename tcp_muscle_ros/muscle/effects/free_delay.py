@@ -1,9 +1,9 @@
-"""Free delay: at one stage, what follows comes late by a first-order lag, by a table.
+"""Free delay: a first-order lag at one stage, given as a table.
 
     f(x) dz/dt = u - z,   x a temperature or the time
 
-The stage is a choice. ``electrical``: the source follows its setting late. ``thermal``: what contracts and softens has
-the fibre's temperature late. ``mechanical``: only the contraction has. ``sensor``: one channel shows late. A mean delay
+The stage is chosen. ``electrical``: the source lags its setting. ``thermal``: contraction and softening lag the fibre's
+temperature. ``mechanical``: only the contraction does. ``sensor``: one channel lags. A mean delay
 shorter than 0.05 s acts in part (see ``lag.py``): at zero there is none.
 """
 

@@ -1,9 +1,9 @@
-"""Free resistance: a law of the resistance that has no name, given as a table.
+"""Free resistance: an unlisted law of the resistance, given as a table.
 
     R -> R (1 + f(x)),   x a temperature, length, force or the time; never below R/20
 
-f is a natural cubic spline through a table (``free_law.py``). Beyond the table f goes on
-straight, and the muscle says so.
+f is a natural cubic spline through a table (``free_law.py``). Beyond the table f is
+linear, and the muscle reports it.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

@@ -1,4 +1,4 @@
-"""Free slow state: a length that follows a quantity late, by a law that has no name, given as a table.
+"""Free slow state: a length that follows a quantity with a lag, by an unlisted law, given as a table.
 
     dz/dt = (f(x) - z) / tau,   H -> H + z,   x any of temperature, its rate, current, power, length, force, time
 

@@ -1,4 +1,4 @@
-"""Free stiffness: a law of the stiffness that has no name, given as a table.
+"""Free stiffness: an unlisted law of the stiffness, given as a table.
 
     k -> k (1 + f(x)),   x a temperature, force or the time; never below k/20
 

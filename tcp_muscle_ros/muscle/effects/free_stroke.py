@@ -1,10 +1,10 @@
-"""Free stroke: a law of the length that has no name, given as a table; on cooling another where one is given.
+"""Free stroke: an unlisted law of the length, given as a table; for cooling another may be given.
 
     H -> H + f(x),   x a temperature, force or the time
-    f = fh while it heats, fc while it cools; after a turn the one goes over into the other within about 10 K
+    f = fh while it heats, fc while it cools; after a reversal one changes into the other within about 10 K
 
-``value`` is fh, and fc where ``cooling`` does not give another. Like all of the loop, the change from branch to branch
-is one of the way of the temperature and not of the time (Duhem). It begins as after cooling.
+``value`` is fh, and also fc unless ``cooling`` is given. The change from one branch to the other depends on the path of
+the temperature and not on time (Duhem). It begins as after cooling.
 """
 
 from math import exp

@@ -2,9 +2,9 @@
 
     k (H - Hs) + f = 0,   df = (Ff - f sign(dH)) |dH| / d
 
-f opposes the motion (N) and builds up over the way d, by which asperities give before they slip (Dahl 1968). For d -> 0
-the end plays by Ff/k about its equilibrium length Hs (by Ff/(k + k_spring) against a spring). A blocked end does not
-move and feels none.
+f opposes the motion (N) and builds up over the distance d, by which asperities yield before they slip (Dahl 1968). For
+d -> 0 the end stays within Ff/k of its equilibrium length Hs (Ff/(k + k_spring) against a spring). A blocked end does
+not move, so no friction acts.
 """
 
 from math import exp

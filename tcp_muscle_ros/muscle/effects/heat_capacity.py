@@ -1,9 +1,9 @@
-"""T-07 heat capacity: nylon takes up more heat per kelvin when hot, most of it more about its glass transition.
+"""T-07 heat capacity: nylon's heat capacity rises with the temperature, most of all at the glass transition.
 
     C -> C (1 + c w (tanh((T - Tg)/w) - tanh((T0 - Tg)/w))),   held within 0.2 to 5 times C
 
-For w far beyond the range of temperatures that is C (1 + c (T - T0)), for a small w a step by 2 c w at Tg. Nylon 6,6:
-0.2 to 0.4 % per kelvin (tables of polymer heat capacities), a step of 5 to 20 % at the transition.
+For a w far larger than the range of temperatures this is C (1 + c (T - T0)); for a small w it is a step by 2 c w at Tg.
+Nylon 6,6: 0.2 to 0.4 % per kelvin (tables of polymer heat capacities), a step of 5 to 20 % at the transition.
 """
 
 from math import tanh

@@ -1,8 +1,8 @@
-"""M-03 hysteresis: part of the contraction follows the temperature with a play, whatever the rate.
+"""M-03 hysteresis: part of the contraction follows the temperature with backlash, at every rate.
 
     T_drive = T + w (mean_j P_j[T] - T),   P_j a play of half width r/3, 2r/3, r
 
-Three play operators of a Prandtl-Ishlinskii model, at the start as they are after cooling. Contraction lags the
+Three play operators of a Prandtl-Ishlinskii model, which start as after cooling. Contraction lags the
 temperature: the heating branch lies below the cooling branch, at every rate. Published fits of these muscles use the
 generalised form of the model.
 """

@@ -1,11 +1,11 @@
-"""M-13 inertia: a hanging weight swings about the length that the resolved model gives at once.
+"""M-13 inertia: a hanging weight oscillates about the length of the resolved model.
 
     M H'' = F - N - 2 zeta sqrt(k M) H',   N = F + k (H - Hs), times q where it is negative,   M = b max(F, 0.1 N)/g
 
-Hs is the equilibrium length, b = 1 a dead weight, b = 0 a load without mass (a long soft spring, a servo). A weight
-that leaps up may press on the muscle: a slender coil gives way at once (q = 0), a short one with open turns pushes as
-it pulls (q = 1). The clamp weighs at least 0.1 N. Below b = 0.25 the weight keeps that mass and the length follows it
-in part, so that b = 0 is the resolved model. Held ends do not swing.
+Hs is the equilibrium length; b = 1 is a dead weight, b = 0 a load without mass (a long soft spring, a servo). A weight
+that moves up fast may press on the muscle: a slender coil buckles at once (q = 0), a short one with open turns resists
+as it does in tension (q = 1). The clamp weighs at least 0.1 N. Below b = 0.25 the mass stays that of b = 0.25 and the
+length follows it in part, so that b = 0 is the resolved model. Held ends do not oscillate.
 """
 
 from math import sqrt

@@ -1,4 +1,4 @@
-"""T-08 latent heat: a transition takes up heat within a band of temperature.
+"""T-08 latent heat: a transition absorbs heat within a range of temperatures.
 
     C -> C + c exp(-((T - Tm) / w)^2 / 2)
 

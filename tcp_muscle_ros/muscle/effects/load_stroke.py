@@ -1,9 +1,9 @@
-"""M-06 load-dependent stroke: a coil that the load has opened contracts less for the same untwist.
+"""M-06 load-dependent stroke: a coil that the load has stretched contracts less for the same untwist.
 
     B -> B / (1 + b u0 (u / u0)^n),   u = F / (k0 H0), u0 = 0.2
 
 b = 1 and n = 1 is B = L0^2/H(F) with the length under load in place of H0 (equation 16): 8, 15, 22 % less at 30, 60,
-100 g. The fall may grow faster than the load or more slowly; at 70 g it is the same for all n.
+100 g. The decrease may grow faster or more slowly than the load; at 70 g it is the same for all n.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

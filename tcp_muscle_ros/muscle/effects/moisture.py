@@ -1,10 +1,10 @@
-"""T-09 moisture: water leaves the hot fibre and takes its heat of evaporation along; it comes back slowly when cold.
+"""T-09 moisture: water evaporates from the hot fibre, which takes heat, and returns slowly when cold.
 
     dw/dt = -(w - weq(T)) / tau(T),   heat m Lv dw/dt
     weq = w0 exp(-0.055 (T - T0)/K),   tau = tau60 exp(-0.065 (T - 60 degC)/K)
 
-w is the mass of water per mass of fibre. The vapour pressure of water doubles every 12 K, and air of a given humidity
-then holds the fibre at half the water; diffusion in nylon quickens twelvefold from 23 to 60 degC. 1 % is 2.4 J.
+w is the mass of water per mass of fibre. The vapour pressure of water doubles every 12 K, so in air of a given humidity
+the equilibrium content halves; diffusion in nylon is twelve times as fast at 60 as at 23 degC. 1 % is 2.4 J.
 """
 
 from math import exp

@@ -3,12 +3,12 @@
     hA -> hA (1 + c |v| (|v|/v0)^(n-1)),   v = dH/dt, v0 = 10 mm/s
 
 At 8 mm/s the air passes at about 0.05 m/s. Masuya et al. 2017 use a velocity-dependent coefficient for these muscles;
-forced convection goes with a power of the speed, 0.3 to 0.6 for cylinders (Churchill & Bernstein 1977), natural with it
-blurs that. For n = 1 what a way through the air costs does not depend on how quickly it is gone: a load that jumps and
-takes the length along by |H| lets theta = T - Ta fall to theta exp(-hA c |H| / C). For other n it jumps at 0.1 m/s.
+forced convection follows a power of the speed, 0.3 to 0.6 for cylinders (Churchill & Bernstein 1977), or less where
+natural convection adds to it. For n = 1 the heat lost over a distance does not depend on the speed: a load step that
+changes the length by |H| lowers theta = T - Ta to theta exp(-hA c |H| / C). For other n a step moves at 0.1 m/s.
 
-A muscle that cools moves, and so cools faster: from a certain strength on it would without end. However fast it moves,
-hA rises by no more than nine times (a wind of 3 m/s: to 6.5 times, after Churchill & Bernstein).
+Cooling moves the muscle, and motion cools it: beyond a certain strength this would have no limit. So hA is at most ten
+times its value at rest (in a wind of 3 m/s it is 6.5 times, after Churchill & Bernstein).
 """
 
 from math import exp

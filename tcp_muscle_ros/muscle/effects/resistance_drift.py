@@ -2,9 +2,10 @@
 
     dw/dt = exp(a (T - 60 degC)),   R -> R (1 + r w (w/100 s)^(n-1)),   held at twice the first resistance
 
-Published: 0.1 to 2 % per 100 cycles; up to 2 % within one run of a fresh coating. w is the time in use, hot time
-counting more where a > 0. Cracking goes with cycles, n = 1; an oxide that protects what is below grows as the root of
-time, n = 0.5. Of several recordings each begins anew (the coating was mended, or R0 measured again) or goes on.
+Published: 0.1 to 2 % per 100 cycles; up to 2 % within one run of a new coating. w is the time in use; with a > 0, time
+at high temperature counts more. Cracking grows with the cycles, n = 1; a protective oxide grows as the square root of
+time, n = 0.5. In several recordings w either begins anew in each (the coating was repaired, or R0 measured again) or
+continues.
 """
 
 from math import exp

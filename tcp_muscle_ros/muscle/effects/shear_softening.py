@@ -2,9 +2,9 @@
 
     k = k0 (E(T)/E(T0))^(1 - b (1 + m (T - T0)/50 K))
 
-Choy et al. 1984, drawn nylon, 40 to 90 degC: E falls to 0.655, G to 0.78, so b = 1 - ln 0.78 / ln 0.655 = 0.41. They
-need not fall alike: with m < 0, G lacks less of it the hotter it is. The paper's equation 10 takes both as one
-(isotropic).
+Choy et al. 1984, drawn nylon, 40 to 90 degC: E falls to 0.655, G to 0.78, so b = 1 - ln 0.78 / ln 0.655 = 0.41. The
+ratio need not be constant: with m < 0, G follows E more closely the hotter it is. The paper's equation 10 takes
+both as one (isotropic).
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

@@ -1,4 +1,4 @@
-"""M-10 slack: a lightly loaded muscle takes up its own waviness before the end moves.
+"""M-10 slack: a lightly loaded muscle straightens before its end moves.
 
     H -> H + g tanh(D/g),   g = g0 exp(-F/Fs),   D the thermal contraction
 

@@ -1,11 +1,11 @@
-"""Stick-slip: the end rests until the pull on it breaks it away, and then jumps, both ways, at instants of chance.
+"""Stick-slip: the end rests until the force on it exceeds static friction, then jumps; the instants are random.
 
     |k (Hs - H)| <= Fi: the end rests at H;   beyond: it jumps to where |k (Hs - H)| = r Fb
     Fi = Fb (r + (1 - r) exp(s n - s^2/2)),   n standard normal, drawn anew for each rest
 
-Hs is the length at which forces balance. Jumps are (Fi - r Fb)/k, in the mean (1 - r) Fb/k; the first after a turn of
-the motion waits for the pull of both ways. The draws follow from the seed and the number of jumps so far, so that a
-muscle with the same seed and inputs does the same again. A spring at the end holds it too; a blocked end does not move.
+Hs is the length at which forces balance. Jumps are (Fi - r Fb)/k, on average (1 - r) Fb/k; the first after a
+reversal needs the force of both directions. The random numbers follow from the seed and the number of jumps so far, so
+the same seed and inputs give the same motion. A spring at the end adds to k; a blocked end does not move.
 """
 
 from math import cos, exp, log, pi, sqrt

@@ -2,10 +2,9 @@
 
     q tau^2 d2v/dt2 + tau dv/dt = setting - v,   v the current, power or voltage that the muscle gets
 
-Loops of bench supplies in constant current take 0.05 to 0.5 s: tau is the mean delay of each. A loop of first order
-(q = 0), one with a filter as slow as itself (two equal poles, q = 1/4) and one that is tuned too fast and overshoots
-(q = 0.6) approach it each in its way. The channel of the source goes on showing the setting, as the display of a supply
-does: that is what a recording holds.
+Control loops of bench supplies in constant current take 0.05 to 0.5 s; tau is the mean delay. q = 0 is a loop of first
+order, q = 1/4 one with an equally slow filter (two equal poles), q = 0.6 one that overshoots. The recorded channel
+shows the setting, as the display of a supply does.
 """
 
 from math import sqrt

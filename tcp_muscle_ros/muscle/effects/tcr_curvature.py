@@ -1,8 +1,8 @@
-"""E-04 TCR curvature: the resistance of a thin coating is not straight in temperature.
+"""E-04 TCR curvature: the resistance of a thin coating is not linear in temperature.
 
     R = R0 (1 + a_R theta + b theta^2),   theta = T - T0
 
-The curve is held beyond 0 to 120 degC.
+Outside 0 to 120 degC it is held constant.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array

@@ -1,4 +1,4 @@
-"""S-03 temperature offset: a cold junction or a calibration that is off.
+"""S-03 temperature offset: an error of the cold junction or of the calibration.
 
     Tm = T + o
 
