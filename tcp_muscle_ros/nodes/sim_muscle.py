@@ -11,6 +11,7 @@ from std_msgs.msg import Float64
 from tcp_muscle_ros.control.safety import Kind, Limits
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Reading
 from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW
+from tcp_muscle_ros.muscle.quantities import IN_ZERO
 from tcp_muscle_ros.muscle.sensors import Noise, Sensor
 from tcp_muscle_ros.nodes.home import SimHome
 from tcp_muscle_ros.nodes.parameters import Settings
@@ -91,10 +92,12 @@ class SimMuscle(SafeMuscle):
         return settings.limits(command_timeout=settings['command_timeout_s'])
 
     def apply(self, settings: Settings) -> None:
-        """The same muscle in its present state, with other properties."""
-        state = self.muscle.state
+        """The same muscle in its present state, with other properties; its ruler keeps its zero."""
+        before = self.muscle
         self.muscle = make_muscle(settings)
-        self.muscle.state[:] = state
+        self.muscle.state[:] = before.state
+        if settings['end'] == 'load':  # a softer coil lets its load hang lower
+            self.muscle.imposed[IN_ZERO] = before.imposed[IN_ZERO]
         self.muscle.impose(self._load, self._ambient)
         self.node.gather()
         self._apply_sensors()

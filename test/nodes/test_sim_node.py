@@ -187,6 +187,23 @@ def test_parameters_can_be_looked_at_and_changed_while_it_runs(bench, sim):
     assert values[0].double_value == 0.01933
 
 
+def test_a_coil_that_becomes_softer_lets_its_load_hang_lower(bench, sim):
+    """The ruler keeps its zero: rest under the starting load, as the muscle was then."""
+    k0 = Parameters.named('karami_tadesse_2017')['k0']
+
+    def change(value):
+        parameters = [Parameter('k0', value=value).to_parameter_msg()]
+        return sim.call(SetParametersAtomically, 'set_parameters_atomically', parameters=parameters).result.successful
+
+    bench.until(lambda: sim.temperature.last.temperature < 23.2, 'it does not cool', 90.0)
+    before = sim.displacement.last.data
+    assert change(0.9 * k0)
+    lower = 0.06 * 9.80665 / k0 * (1.0 / 0.9 - 1.0)
+    bench.until(lambda: sim.displacement.last.data == pytest.approx(before - lower, abs=2e-4), 'the load stays up')
+    assert change(k0)
+    bench.until(lambda: sim.displacement.last.data == pytest.approx(before, abs=2e-4), 'it stays down')
+
+
 def test_the_clock_stays_the_one_that_it_began_with(bench, sim):
     def change(value):
         parameters = [Parameter('use_sim_time', value=value).to_parameter_msg()]

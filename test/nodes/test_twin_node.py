@@ -62,6 +62,20 @@ def test_a_muscle_is_followed_and_one_that_changes_is_said_to_differ_with_a_bag_
     assert 'Traceback' not in twin.said()
 
 
+def test_beside_a_controlled_muscle_that_conceals_an_effect_the_twin_says_so(bench, tmp_path):
+    """The processes of launch/twin.launch.py, without launch: the controller tracks all the same."""
+    bench.start('sim_node', 'concealing', effects='[natural_convection]', **NOISE)
+    bench.start('controller_node', 'concealing')
+    bench.start('twin_node', 'concealing', report_folder=str(tmp_path))
+    diagnostics = bench.listen('/diagnostics', DiagnosticArray)
+    displacement = bench.listen('/concealing/displacement')
+    with bench.repeating(bench.speaker('/concealing/displacement_setpoint'), 0.012):
+        bench.until(lambda: says(diagnostics, '/concealing/twin_node')['state'] == 'differs', 'not noticed', 120.0)
+        bench.until(lambda: abs(displacement.last.data - 0.012) < 5e-4, 'does not track')
+    assert says(diagnostics, '/concealing/twin_node')['stage'] in ('thermal', 'mechanical')
+    bench.until(lambda: list(tmp_path.glob('alarm_*/last_minutes/metadata.yaml')), 'no bag is written')
+
+
 def test_a_file_that_is_none_is_refused_in_one_line(bench):
     twin = bench.start('twin_node', 'nobody', params_file='nowhere.yaml')
     bench.programs.remove(twin)
