@@ -18,7 +18,7 @@ ARGUMENTS = [
     ('model_file', '', 'parameter file of the muscle as the twin believes it to be; empty: the paper'),
     ('rig_file', '', 'rig.yaml: what the instruments do'),
     ('auto_diagnose', 'false', 'whether an alarm starts a diagnosis'),
-    ('auto_adopt', 'false', 'whether a model that predicts better is adopted'),
+    ('auto_adopt', 'false', 'whether a model that predicts better is adopted, by the controller too'),
 ]
 
 
@@ -31,6 +31,7 @@ def nodes(context):
         'rig_file': value['rig_file'],
         'auto_diagnose': switch('auto_diagnose', value['auto_diagnose']),
         'auto_adopt': switch('auto_adopt', value['auto_adopt']),
+        'adopting_controller': 'controller_node',
     }
     return [
         Node(
