@@ -8,6 +8,8 @@ import pytest
 
 from tcp_muscle_ros.diagnosis.answer.replaying import replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.noise.repeatability import between_runs
+from tcp_muscle_ros.diagnosis.noise.replicates import protocols
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
@@ -45,3 +47,22 @@ def test_a_calibrated_muscle_is_closer_to_the_recording_than_the_papers(runs, na
     compared = replay(experiment, NOMINAL)[channel]
     assert left < 0.5 * compared.rmse
     assert left < 0.12 * float(np.ptp(experiment.observed[channel].value))
+
+
+def test_runs_of_one_power_are_found_by_themselves_and_repeat_as_the_document_says(runs):
+    stroke = [prepare(runs[n], NOMINAL, most=200) for n in sorted(runs) if n.startswith('stroke_')]
+    assert [len(p.recordings) for p in protocols(stroke)] == [5, 6, 5, 8]
+    found = between_runs(stroke)['displacement']
+    page = (ROOT / 'docs' / 'real_recordings.md').read_text()
+    row = next(line for line in page.splitlines() if line.startswith('| bench rig, stroke |'))
+    assert 100.0 * found.own_gain == pytest.approx(float(row.split('|')[4]), abs=0.15)
+    assert found.gains_differ and found.plain > 0.15
+
+
+def test_no_circumstance_is_named_on_the_public_rigs(runs):
+    page = (ROOT / 'docs' / 'real_recordings.md').read_text()
+    rows = [line.split('|') for line in page.splitlines() if line.startswith(('| bench rig', '| video rig'))]
+    assert len(rows) == 7
+    for cells in rows:
+        assert 'airflow' not in cells[8] and 'ambient' not in cells[8]
+    assert 'no other listed effect explains as much' not in page

@@ -178,12 +178,15 @@ def insufficient(experiments: Sequence[Experiment]) -> str | None:
 def skipped(experiments: Sequence[Experiment]) -> dict[str, str]:
     """The effects that are not tried, and why: one muscle never shows them, or these recordings cannot."""
     fastest = max(_rate(e) for e in experiments)
+    blind = all(e.imposed.kind == 'power' and len(e.observed) == 1 for e in experiments)
     steps = any(e.holding.end == 'load' and np.ptp(e.imposed.load) > 0.0 for e in experiments)
     found = {}
     for name in LISTED:
         effect = EFFECTS[name]
         if effect.hidden:
             found[name] = effect.hidden
+        elif effect.circumstance and blind:
+            found[name] = 'a power and one output do not tell it from whatever differs between recordings'
         elif fastest < effect.least_rate:
             found[name] = 'these recordings are sampled too slowly to show it'
         elif effect.swings and not steps:

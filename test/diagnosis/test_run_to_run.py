@@ -1,12 +1,14 @@
 """Runs of one protocol that differ: found by themselves, measured, allowed for, and no physics is named for them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE
 
 from tcp_muscle_ros.diagnosis.answer.cluster import cluster, one_channel
 from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values
-from tcp_muscle_ros.diagnosis.diagnose import diagnose
+from tcp_muscle_ros.diagnosis.diagnose import diagnose, skipped
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing
@@ -95,6 +97,12 @@ def test_the_verdict_on_runs_that_differ_is_that_they_do_and_no_physics_is_named
     assert [r.protocol for r in found.runs] == [1] * 4
     gains = [r.gain for r in found.runs]
     assert max(gains) / min(gains) == pytest.approx(GAINS[-1] / GAINS[0], rel=0.15)
+
+
+def test_a_power_and_one_output_show_no_circumstance_of_a_recording(specimens):
+    (o,) = specimens[0].observed.values()
+    two = [replace(specimens[0], observed={'displacement': o, 'temperature': o})]
+    assert {'airflow', 'ambient_drift'} <= set(skipped(specimens)) and 'airflow' not in skipped(two)
 
 
 def test_causes_that_look_alike_share_one_probability_and_one_channel_is_known_as_such(specimens):

@@ -128,9 +128,9 @@ def said_of_runs(found: RunToRun | None) -> str:
             f'they have in common beside the simulation.'
         )
     return (
-        f'The {quantity(found.channel)} is predicted to {100.0 * found.error:.1f} % of its peak, about as well as runs '
-        f'of the same protocol repeat each other ({100.0 * found.repeatability:.1f} %'
-        f'{" with a gain of its own for each" if found.own_gain else ""}). What remains differs from run to run, and '
+        f'The {quantity(found.channel)} is predicted to {100.0 * found.error:.1f} % of its peak; runs of the same '
+        f'protocol repeat each other to {100.0 * found.repeatability:.1f} %'
+        f'{" with a gain of its own for each" if found.own_gain else ""}. What remains differs from run to run, and '
         f'no model of one muscle predicts it{_factors(found.runs)}.'
     )
 
