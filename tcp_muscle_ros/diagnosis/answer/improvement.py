@@ -63,8 +63,8 @@ def noises(selection: Selection) -> dict[str, float]:
 def nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:
     """What the nominal muscle shows, each recording at rest at its stated ambient, zeros of the rig taken out."""
     found = []
-    for experiment, latent in zip(fitted.problem.experiments, fitted.problem.latents, strict=True):
-        predicted = experiment.predict(nominal, ambient=latent.room(experiment.imposed.ambient))
+    for experiment in fitted.problem.experiments:
+        predicted = experiment.predict(nominal)
         for name in FLOATING_ZERO:
             if name in predicted:
                 predicted[name] = predicted[name] + np.mean(experiment.observed[name].value - predicted[name])
