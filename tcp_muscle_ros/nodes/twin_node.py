@@ -26,12 +26,12 @@ from std_srvs.srv import Trigger
 from tcp_muscle_ros.control.estimate import Estimate
 from tcp_muscle_ros.control.memory import Memory
 from tcp_muscle_ros.control.predictor import CHANNELS, Predictor
-from tcp_muscle_ros.control.safety import celsius
 from tcp_muscle_ros.control.twin import LONGEST_STEP, State, Tick, Twin
 from tcp_muscle_ros.muscle import TABLE, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.lockstep import FollowingTime, out_of_step
 from tcp_muscle_ros.nodes.parameters import Settings, descriptor, of_rclpy, read_rows
+from tcp_muscle_ros.nodes.safe_muscle import number
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.ticks import SECOND, SteadyTime, TickLoop
 from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
@@ -279,10 +279,10 @@ class TwinNode(Node):  # type: ignore[misc]
                     'state': 'waits' if silent else twin.state.value,
                     'stage': difference.stage if difference else 'none',
                     'channel': difference.channel if difference else 'none',
-                    'since_s': f'{difference.since:.3f}' if difference else 'none',
-                    'sure': f'{difference.sure:.3f}' if difference else 'none',
+                    'since_s': number(difference.since if difference else None),
+                    'sure': number(difference.sure if difference else None),
                     'alarms': str(self._alarms),
-                    'hottest_c': celsius(twin.hottest),
+                    'hottest_c': number(twin.hottest - ZERO_CELSIUS),
                     'effects': ', '.join(twin.predictor.model.effects) or 'none',
                     'model_file': twin.predictor.source or 'none',
                     'on_trial': str(twin.on_trial).lower(),

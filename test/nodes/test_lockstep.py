@@ -200,6 +200,9 @@ def test_a_twin_predicts_in_the_time_of_the_simulation(bench):
     # From tick to tick the residual changes by less than a hundredth of what the muscle moves: no tick was too many,
     # too few or of another length. (What is left of the state that was estimated at the start fades.)
     assert len(residual) > 400 and max(abs(b - a) for a, b in pairwise(residual.values)) < 0.01 * moved
+    for value in (value for _, array in diagnostics[:] for status in array.status for value in status.values):
+        if value.key.rpartition('_')[2] in ('a', 'c', 's', 'm', 'ohm'):  # a unit: a number, nan where there is none
+            float(value.value)
     messages = {status.name: status.message for _, array in diagnostics[:] for status in array.status}
     assert messages['/twinned/twin_node'] == 'follows'
     assert '/twinned/sim_node runs in lockstep and not in real time' in messages['/twinned/apart']
