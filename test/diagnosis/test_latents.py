@@ -95,7 +95,7 @@ def test_a_part_of_the_data_has_that_part_of_what_is_inferred(fitted):
         210.0,
         Draught(TIME[::50], np.zeros(TIME.size), (0.1,), unsure),
         (Slip('displacement', 50.0, 1e-4, 1e-5, 0.1),),
-        {name: Allowance(columns, 2.0 * columns, 0.3) for name in CHANNELS},
+        {name: Allowance(columns, 2.0 * columns, calm=0.3) for name in CHANNELS},
     )
     problem = fitted.problem.with_latent(latent, 1)
     fold = holdout.Fold(((1, 40.0, 80.0),))

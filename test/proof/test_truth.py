@@ -33,7 +33,10 @@ def changed(name: str, strength: float, form: int = 0, seed: int = 5, **body: fl
 
 
 # What runs and judges the package; nothing of it may reach what makes recordings and labels.
-KNOWS_THE_PACKAGE = {'tool', 'gate', 'mutate', 'alternatives', 'whiteness', 'sparse', 'black_box', 'document', 'prove'}
+KNOWS_THE_PACKAGE = {
+    *('tool', 'gate', 'mutate', 'alternatives', 'whiteness', 'sparse', 'black_box', 'document', 'prove'),
+    *('evidence', 'investigated', 'probability'),
+}
 
 
 def test_truth_labels_and_scores_import_nothing_of_the_package_under_test():

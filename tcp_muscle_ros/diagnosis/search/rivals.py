@@ -225,8 +225,9 @@ def own(rival: Rival) -> bool:
 
 
 def _spent(rival: Rival) -> bool:
-    """Whether its strength is as far as it goes, in any recording."""
-    return _at_its_end(rival, f'{rival.effect}.{rival.definition.strength}')
+    """Whether its strength is as far as it goes, in any recording, and that is far from what is usual: of what may
+    stop a motion, all is no more than nearly all."""
+    return _largest(rival) > rival.policy.far and _at_its_end(rival, f'{rival.effect}.{rival.definition.strength}')
 
 
 def _at_its_end(rival: Rival, name: str = '') -> bool:
