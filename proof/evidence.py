@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from proof.probability import answered
 from proof.score import wilson
 from proof.tool import Case, bags
 from tcp_muscle_ros.diagnosis.diagnose import skipped
@@ -73,22 +74,19 @@ def contests(run: Path) -> list[tuple[Mapping[str, Any], Mapping[str, Any]]]:
     Raises:
         BadInput: no labels, or no reports.
     """
-    labels = run / 'labels.json'
-    if not labels.is_file():
-        raise BadInput(f'{run}: no labels.json; expected a folder of ./scripts/prove')
     found = []
-    wanted = [label for label in json.loads(labels.read_text(encoding='utf-8'))['cases'] if label['kind'] in KINDS]
-    for k, label in enumerate(wanted):
-        report = run / 'reports' / 'diagnosis' / label['case'] / 'report.json'
-        seen = all(effect['visibility']['detectable'] for effect in label['effects'])
-        if not (report.is_file() and seen):
-            continue
+    wanted = [
+        (label, findings)
+        for label, findings in answered(run)
+        if label['kind'] in KINDS and all(effect['visibility']['detectable'] for effect in label['effects'])
+    ]
+    for k, (label, findings) in enumerate(wanted):
         path = run / 'evidence' / f'{label["case"]}.json'
         if not path.is_file():
             print(f'\r{run.name}: {k + 1} of {len(wanted)} ', end='', file=sys.stderr, flush=True)
             path.parent.mkdir(exist_ok=True)
             path.write_text(json.dumps(contest(run / 'cases' / label['case'])) + '\n', encoding='utf-8')
-        named = [f['effect'] for f in json.loads(report.read_text(encoding='utf-8'))['findings']]
+        named = [finding['effect'] for finding in findings]
         found.append((label, json.loads(path.read_text(encoding='utf-8')) | {'named': named}))
     return found
 

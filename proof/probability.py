@@ -14,7 +14,7 @@ import argparse
 import json
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
@@ -23,7 +23,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from proof.prove import DIAGNOSIS
 from proof.score import wilson
+from proof.tool import REPORT
 from tcp_muscle_ros.diagnosis.answer.probability import TERMS, probability
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
@@ -49,21 +51,30 @@ class Judged:
     right: bool
 
 
+def answered(run: Path) -> Iterator[tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]]:
+    """(label, findings of its report) of each case of a run that was diagnosed.
+
+    Raises:
+        BadInput: there are no labels.
+    """
+    labels = run / 'labels.json'
+    if not labels.is_file():
+        raise BadInput(f'{run}: no labels.json; expected a folder of ./scripts/prove')
+    for label in json.loads(labels.read_text(encoding='utf-8'))['cases']:
+        report = run / 'reports' / DIAGNOSIS / label['case'] / REPORT
+        if report.is_file():
+            yield label, json.loads(report.read_text(encoding='utf-8'))['findings']
+
+
 def read_run(run: Path) -> list[Judged]:
     """All findings of a run.
 
     Raises:
         BadInput: there are no labels, no reports, or reports without evidence; or the suite is sealed and unopened.
     """
-    labels = run / 'labels.json'
-    if not labels.is_file():
-        raise BadInput(f'{run}: no labels.json; expected a folder of ./scripts/prove')
     found = []
-    for label in json.loads(labels.read_text(encoding='utf-8'))['cases']:
-        report = run / 'reports' / 'diagnosis' / label['case'] / 'report.json'
-        if report.is_file():
-            findings = json.loads(report.read_text(encoding='utf-8'))['findings']
-            found += [_judged(f'{run.name}/{label["case"]}', label, finding) for finding in findings]
+    for label, findings in answered(run):
+        found += [_judged(f'{run.name}/{label["case"]}', label, finding) for finding in findings]
     if not found:
         raise BadInput(f'{run}: no findings; expected reports in reports/diagnosis (--phase diagnose)')
     return found

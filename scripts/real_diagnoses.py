@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, calibrate
-from tcp_muscle_ros.diagnosis.noise.repeatability import Shares, between_runs
+from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability, between_runs
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
@@ -43,7 +43,7 @@ class Outcome:
     fitted: tuple[str, ...]
     unseen: tuple[str, ...]
     errors: Errors | None
-    floor: Shares | None
+    floor: Repeatability | None
 
 
 def power_of(name: str) -> str:

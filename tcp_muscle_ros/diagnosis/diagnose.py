@@ -18,7 +18,7 @@ from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
 from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import GAIN
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
-from tcp_muscle_ros.diagnosis.noise.repeatability import Shares, between_runs
+from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability, between_runs
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
@@ -105,13 +105,13 @@ class _Work:
         return calibrate(self.experiments, self.nominal, separate=self.separate, progress=self.progress)
 
     def _selected(
-        self, calibration: Calibration, testable: Sequence[str], repeated: Mapping[str, Shares] | None = None
+        self, calibration: Calibration, testable: Sequence[str], repeated: Mapping[str, Repeatability] | None = None
     ) -> Selection:
         bare = as_well_as_read(in_turn(calibration.fit))
         found = select_twice(allowing(bare, repeated) if repeated else bare, testable, self.progress)
         return with_free_law(found, self.progress)
 
-    def _beside_what_differs(self, repeated: Mapping[str, Shares], testable: Sequence[str]) -> Selection:
+    def _beside_what_differs(self, repeated: Mapping[str, Repeatability], testable: Sequence[str]) -> Selection:
         """Select once more, each recording with what runs of one protocol do not share for itself: its gain, where
         that is most of it, and a course of its own."""
         if not self.separate and any(found.gains_differ for name, found in repeated.items() if name in STROKE):

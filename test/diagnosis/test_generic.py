@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, structure
+from tcp_muscle_ros.settings.policy import shipped
 
 NOISE = 5e-5  # m
 PERIOD = 70.0  # s
+
+CAPPED = {'channel': 'displacement', 'most_of_single': shipped().single_readings}
 
 
 def cycles(seconds=350.0, samples=1000):
@@ -33,7 +36,7 @@ def test_a_stroke_that_shrinks_from_cycle_to_cycle_is_no_noise(seed):
     time, drivers = cycles()
     noise = NOISE * np.random.default_rng(seed).standard_normal(time.size)
     worn = -0.02 * drivers.displacement * (time / time[-1])  # 0.6 mm of 30 at the end
-    found = structure([worn + noise], [time], [drivers], NOISE, channel='displacement')
+    found = structure([worn + noise], [time], [drivers], NOISE, **CAPPED)
     assert found.significant
     assert found.noise.sigma == pytest.approx(NOISE, rel=0.1)
 
@@ -42,6 +45,6 @@ def test_a_stroke_that_shrinks_from_cycle_to_cycle_is_no_noise(seed):
 def test_noise_alone_is_no_structure(seed):
     time, drivers = cycles()
     noise = NOISE * np.random.default_rng(seed).standard_normal(time.size)
-    found = structure([noise], [time], [drivers], NOISE, channel='displacement')
+    found = structure([noise], [time], [drivers], NOISE, **CAPPED)
     assert not found.significant
     assert found.noise.sigma == pytest.approx(NOISE, rel=0.1)

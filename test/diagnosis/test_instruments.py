@@ -6,6 +6,9 @@ import pytest
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, structure
 from tcp_muscle_ros.diagnosis.noise.instruments import INSTRUMENTS, largest_noise
 from tcp_muscle_ros.recording.recording import OUTPUTS
+from tcp_muscle_ros.settings.policy import shipped
+
+CAPPED = {'channel': 'displacement', 'most_of_single': shipped().single_readings}
 
 
 def test_every_output_has_an_instrument_with_its_source():
@@ -24,9 +27,7 @@ def test_a_swing_that_no_driver_tells_is_misfit_and_not_noise():
     flat, single = np.ones(time.size), 5e-5
     seen = Drivers(300.0 + 0.1 * time, flat, flat, time, time, flat, 1e-4 * time, flat)
     ripple = 1e-3 * np.sin(2.0 * np.pi * time / 3.7)
-    found = structure(
-        [ripple + single * rng.standard_normal(time.size)], [time], [seen], single, channel='displacement'
-    )
+    found = structure([ripple + single * rng.standard_normal(time.size)], [time], [seen], single, **CAPPED)
     assert found.noise.sigma < 2.0 * single
-    quiet = structure([single * rng.standard_normal(time.size)], [time], [seen], single, channel='displacement')
+    quiet = structure([single * rng.standard_normal(time.size)], [time], [seen], single, **CAPPED)
     assert quiet.noise.sigma == pytest.approx(single, rel=0.1)

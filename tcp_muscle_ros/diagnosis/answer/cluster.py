@@ -4,11 +4,8 @@ With power in and one channel out, causes in different stages look alike: a supp
 One of them is the finding, and its share says how much it leads; the others are told beside it.
 """
 
-import numpy as np
-
 from tcp_muscle_ros.diagnosis.answer.findings import Member
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.search.rivals import margin
 from tcp_muscle_ros.diagnosis.search.selection import Chosen
 
 _LEAST = 0.02  # a member that is less probable is not told
@@ -16,13 +13,9 @@ _LEAST = 0.02  # a member that is less probable is not told
 
 def cluster(chosen: Chosen) -> tuple[Member, ...]:
     """An effect and what competed for its place, the most probable first."""
-    scores = np.array([r.score for r in chosen.rivals])
-    policy = chosen.rivals[0].policy
-    weights = np.exp(-0.5 * policy.told_apart / margin(chosen.drop, policy) * (scores - scores.min()))
-    shares = weights / weights.sum()
     kept = [
         (share, r)
-        for share, r in zip(shares, chosen.rivals, strict=True)
+        for share, r in zip(chosen.shares, chosen.rivals, strict=True)
         if share >= _LEAST or r.effect == chosen.effect
     ]
     total = sum(share for share, _ in kept)

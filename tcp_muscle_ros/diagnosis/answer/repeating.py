@@ -13,7 +13,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import CAPACITY, GAIN
-from tcp_muscle_ros.diagnosis.noise.repeatability import Shares
+from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability
 from tcp_muscle_ros.diagnosis.noise.replicates import protocols
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
@@ -26,7 +26,7 @@ _TOLD = 1.2  # times: a factor that is worth saying
 
 
 def run_to_run(
-    selection: Selection, nominal: Parameters, repeated: Mapping[str, Shares], apart: Sequence[str]
+    selection: Selection, nominal: Parameters, repeated: Mapping[str, Repeatability], apart: Sequence[str]
 ) -> RunToRun | None:
     """How runs of one protocol differ; None where there are no two.
 
@@ -44,15 +44,17 @@ def run_to_run(
         return RunToRun(sizes)
     channel = max(apart, key=lambda name: repeated[name].own_gain)
     found = repeated[channel]
-    error = _error(selection.final, channel)
-    return RunToRun(sizes, channel, found.own_gain, found.plain, error, own, _runs(selection.final, nominal, channel))
+    several = [protocol.recordings for protocol in protocols(selection.final.problem.experiments)]
+    error = _error(selection.final, channel, several)
+    runs = _runs(selection.final, nominal, channel, several)
+    return RunToRun(sizes, channel, found.own_gain, found.plain, error, own, runs)
 
 
-def _error(fitted: Fit, channel: str) -> float:
+def _error(fitted: Fit, channel: str, several: Sequence[Sequence[int]]) -> float:
     """Root mean square of what the model misses in the runs that are repeated, as a share of each run's peak."""
     experiments = fitted.problem.experiments
-    several = [k for p in protocols(experiments) for k in p.recordings if channel in experiments[k].observed]
-    return float(np.sqrt(np.mean([_share(fitted, k, channel) ** 2 for k in several])))
+    seen = [k for runs in several for k in runs if channel in experiments[k].observed]
+    return float(np.sqrt(np.mean([_share(fitted, k, channel) ** 2 for k in seen])))
 
 
 def _share(fitted: Fit, k: int, channel: str) -> float:
@@ -60,14 +62,14 @@ def _share(fitted: Fit, k: int, channel: str) -> float:
     return float(np.sqrt(np.mean(left**2))) / max(float(np.ptp(seen)), 1e-300)
 
 
-def _runs(fitted: Fit, nominal: Parameters, channel: str) -> tuple[Run, ...]:
+def _runs(fitted: Fit, nominal: Parameters, channel: str, several: Sequence[Sequence[int]]) -> tuple[Run, ...]:
     """Gain and time constant of each run, fitted to all of them with these two for each."""
     experiments = fitted.problem.experiments
     each = calibrate(experiments, nominal, separate=(GAIN, CAPACITY))
     gains = {e.recording: e.value for e in each.estimates if e.name == GAIN}
     slow = {e.recording: e.value for e in each.combinations if e.name == f'{CAPACITY}/hA'}
     usual = float(np.exp(np.mean(np.log(list(gains.values())))))
-    of = {k: number for number, p in enumerate(protocols(experiments), 1) for k in p.recordings}
+    of = {k: number for number, runs in enumerate(several, 1) for k in runs}
     return tuple(
         Run(e.name, of.get(k), gains[k] / usual, slow[k], _share(fitted, k, channel))
         for k, e in enumerate(experiments)
@@ -75,7 +77,7 @@ def _runs(fitted: Fit, nominal: Parameters, channel: str) -> tuple[Run, ...]:
     )
 
 
-def beyond_what_differs(selection: Selection, repeated: Mapping[str, Shares]) -> Selection:
+def beyond_what_differs(selection: Selection, repeated: Mapping[str, Repeatability]) -> Selection:
     """The selection without the physics that lowers the mean square error on unseen data by less than what runs of one
     protocol differ by, in the channels in which they do."""
     for chosen in sorted(selection.chosen, key=lambda c: c.drop):

@@ -142,7 +142,8 @@ def structure(
     repeated: Noise | None = None,
     averaged: float = 1.0,
     channel: str = '',
-    most_of_single: float = 1.5,
+    *,
+    most_of_single: float,
 ) -> Structure:
     """Regress one channel's residuals on the generic basis: first plainly to learn the noise, then whitened.
 

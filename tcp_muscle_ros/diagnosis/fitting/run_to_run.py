@@ -15,7 +15,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
 from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
-from tcp_muscle_ros.diagnosis.noise.repeatability import SCALES, Shares
+from tcp_muscle_ros.diagnosis.noise.repeatability import SCALES, Repeatability
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -25,7 +25,7 @@ _LEAST_SAMPLES = 2.0  # between two knots
 BEYOND_NOISE = 3.0  # times the noise: runs that differ by more differ by something else
 
 
-def differing(fitted: Fit, repeated: Mapping[str, Shares]) -> list[str]:
+def differing(fitted: Fit, repeated: Mapping[str, Repeatability]) -> list[str]:
     """The channels in which runs of one protocol differ by more than the noise, and the model misses more than it."""
     noise = quick_noise(fitted.problem.experiments)
     return [
@@ -35,7 +35,7 @@ def differing(fitted: Fit, repeated: Mapping[str, Shares]) -> list[str]:
     ]
 
 
-def allowing(fitted: Fit, repeated: Mapping[str, Shares]) -> Fit:
+def allowing(fitted: Fit, repeated: Mapping[str, Repeatability]) -> Fit:
     """The same fit, in which each recording may err by what runs of one protocol do not share."""
     problem, latents = fitted.problem, []
     for experiment, latent in zip(problem.experiments, problem.latents, strict=True):
@@ -48,7 +48,7 @@ def allowing(fitted: Fit, repeated: Mapping[str, Shares]) -> Fit:
     return refitted(fitted, problem.with_latents(latents))
 
 
-def _allowing(allowed: Allowance, observed: Observed, shares: Shares) -> Allowance:
+def _allowing(allowed: Allowance, observed: Observed, shares: Repeatability) -> Allowance:
     """Courses of its own of each scale that is slow enough to be seen; what is quicker is noise."""
     peak = float(np.ptp(observed.value))
     quick, *slow = (0.0 if np.isnan(share) else share * peak for share in shares.by_scale)

@@ -27,7 +27,8 @@ class Repeatability:
     ``peak``: mean peak to peak of the runs. ``plain``: as they are. ``own_gain``: with a gain and a zero for each run.
     ``by_scale``: of ``own_gain``, what is quicker than ``SCALES[0]``, between them, and slower; NaN where a scale is
     shorter than two samples. ``foretold``: how far a run is from the mean of the others, with a gain and a zero of its
-    own: the error on an unseen run that a model of all of them would have at best.
+    own: the error on an unseen run that a model of all of them would have at best. Of several protocols, all but
+    ``runs`` and ``peak`` are shares of the peak.
     """
 
     runs: int
@@ -36,6 +37,11 @@ class Repeatability:
     own_gain: float
     by_scale: tuple[float, ...]
     foretold: float
+
+    @property
+    def gains_differ(self) -> bool:
+        """Whether most of what the runs do not share is their gain."""
+        return self.own_gain**2 < _MOSTLY * self.plain**2
 
 
 def repeatability(time: Array, values: Array) -> Repeatability | None:
@@ -64,29 +70,9 @@ def repeatability(time: Array, values: Array) -> Repeatability | None:
     )
 
 
-@dataclass(frozen=True)
-class Shares:
-    """What runs of one protocol do not share of a channel, each as a share of the runs' peak to peak.
-
-    Root mean squares over all runs of which there are several; ``peak`` (SI) their mean peak to peak. Else as
-    ``Repeatability``.
-    """
-
-    runs: int
-    peak: float
-    plain: float
-    own_gain: float
-    by_scale: tuple[float, ...]
-    foretold: float
-
-    @property
-    def gains_differ(self) -> bool:
-        """Whether most of what the runs do not share is their gain."""
-        return self.own_gain**2 < _MOSTLY * self.plain**2
-
-
-def between_runs(experiments: Sequence[Experiment]) -> dict[str, Shares]:
-    """How well recordings of one protocol repeat each other, by channel; without those of which there are no two."""
+def between_runs(experiments: Sequence[Experiment]) -> dict[str, Repeatability]:
+    """How well recordings of one protocol repeat each other, by channel, in shares of the peak; without those of which
+    there are no two."""
     found: dict[str, list[Repeatability]] = {}
     for protocol in protocols(experiments):
         for name in sorted(set.intersection(*(set(experiments[k].observed) for k in protocol.recordings))):
@@ -112,8 +98,8 @@ def side_by_side(experiments: Sequence[Experiment], protocol: Protocol, channel:
     return time, values
 
 
-def _pooled(found: Sequence[Repeatability]) -> Shares:
-    """Of several protocols, each run counting alike."""
+def _pooled(found: Sequence[Repeatability]) -> Repeatability:
+    """Of several protocols, each run counting alike, in shares of the peak."""
     runs = np.array([one.runs for one in found], dtype=float)
 
     def mean(sizes: Sequence[float]) -> float:
@@ -121,7 +107,7 @@ def _pooled(found: Sequence[Repeatability]) -> Shares:
         known = np.isfinite(shares)
         return float(np.sqrt(np.average(shares[known] ** 2, weights=runs[known]))) if known.any() else float('nan')
 
-    return Shares(
+    return Repeatability(
         int(runs.sum()),
         float(np.average([one.peak for one in found], weights=runs)),
         mean([one.plain for one in found]),

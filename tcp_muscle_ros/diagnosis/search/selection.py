@@ -30,6 +30,7 @@ from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.muscle import EFFECTS, Effect
+from tcp_muscle_ros.muscle.arrays import Array
 
 _REVISIONS = 2
 
@@ -58,13 +59,17 @@ class Chosen:
         return tuple(r.effect for r in close_rivals(self.rivals, self.drop) if r.effect != self.effect)
 
     @property
-    def confidence(self) -> float:
-        """Its share of the likelihood among its rivals."""
+    def shares(self) -> Array:
+        """The share of the likelihood that each of its rivals has, shape (rivals,)."""
         scores = np.array([r.score for r in self.rivals])
         policy = self.rivals[0].policy
         weights = np.exp(-0.5 * policy.told_apart / margin(self.drop, policy) * (scores - scores.min()))
-        mine = next(w for w, r in zip(weights, self.rivals, strict=True) if r.effect == self.effect)
-        return float(mine / weights.sum())
+        return np.asarray(weights / weights.sum())
+
+    @property
+    def confidence(self) -> float:
+        """Its share of the likelihood among its rivals."""
+        return float(next(s for s, r in zip(self.shares, self.rivals, strict=True) if r.effect == self.effect))
 
 
 @dataclass(frozen=True)
