@@ -48,6 +48,7 @@ class SimulatedBoard:
         self.extra = 0.0  # A, more than was asked for
         self._heard_at = 0.0
         self._stop = threading.Event()
+        self._cable = threading.Lock()  # whoever pulls or plugs it waits until the board has no hand on it
         self.connect()
         self.start_again()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -55,18 +56,21 @@ class SimulatedBoard:
 
     def connect(self):
         """A cable."""
-        self._fd, slave = os.openpty()
-        tty.setraw(self._fd)
-        self._link.unlink(missing_ok=True)
-        self._link.symlink_to(os.ttyname(slave))
-        os.close(slave)
-        os.set_blocking(self._fd, False)
-        self._lines, self._waiting = Lines(), []
+        with self._cable:
+            self._fd, slave = os.openpty()
+            tty.setraw(self._fd)
+            self._link.unlink(missing_ok=True)
+            self._link.symlink_to(os.ttyname(slave))
+            os.close(slave)
+            os.set_blocking(self._fd, False)
+            self._lines, self._waiting = Lines(), []
 
     def cut(self):
-        """The cable is pulled."""
-        fd, self._fd = self._fd, None
-        os.close(fd)
+        """The cable is pulled; pulled again, nothing."""
+        with self._cable:
+            if self._fd is not None:
+                os.close(self._fd)
+                self._fd = None
 
     def start_again(self):
         """A reset: 0 A, uptime from 0."""
@@ -75,13 +79,12 @@ class SimulatedBoard:
     def end(self):
         self._stop.set()
         self._thread.join()
-        if self._fd is not None:
-            os.close(self._fd)
+        self.cut()
 
     def _run(self):
         while not self._stop.wait(0.002):
             now = time.monotonic()
-            with suppress(OSError):  # nobody at the other end, or the cable was cut meanwhile
+            with suppress(OSError), self._cable:  # nobody may be at the other end
                 self._exchange(now)
             if now - self._heard_at > WATCHDOG:
                 self.current = 0.0
