@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -77,6 +77,7 @@ MANIFEST = """runs:
   - {name: thumb_0, bags: [bag], params: muscle.yaml, muscle: thumb, cycles: 12, day: 2026-03-01}
   - {name: thumb_1, bags: [bag, bag]}
 """
+ANSWERS = '500\n150\n14.2\n'
 FILES = {
     'protocol.yaml': PROTOCOL,
     'muscle.yaml': PARAMETERS,
@@ -85,6 +86,7 @@ FILES = {
     'map.yaml': MAP,
     'rig.yaml': RIG,
     'runs.yaml': MANIFEST,
+    'answers.txt': ANSWERS,
 }
 # Command lines on good inputs, with the inputs that matter to each.
 COMMANDS: dict[str, tuple[list[str], list[str]]] = {
@@ -113,6 +115,7 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     'info': (['bag'], ['bag']),
     'export': (['bag', '--csv', 'new.csv'], ['bag']),
     'plot': (['bag', '--output', 'new.png'], ['bag']),
+    'new-muscle': (['--fibre-diameter-mm', '0.2', '--turns', '280', '--output', 'new.yaml'], ['answers.txt']),
 }
 _ODD = [
     'nan', '.nan', 'inf', '-.inf', '-1', '0', '1e308', '1e-308', '1' + '0' * 400, '3.7', 'null', '~', '', 'yes', 'text',
@@ -140,6 +143,13 @@ _OPTIONS = [
     '--figure x.xyz', '--figure bag', '--figure run.csv', '--map protocol.yaml',
     '--scheduler nowhere', '--bogus', 'nowhere', '--', '-h', '--version',
 ]  # fmt: skip
+_MORE_OPTIONS = {
+    'new-muscle': [
+        f'--{name} {value}'
+        for name in ('fibre-diameter-mm', 'fibre-length-mm', 'coil-length-mm', 'turns', 'resistance-ohm', 'mass-g')
+        for value in ('', '0', '-3', 'nan', 'inf', '1e308', '1e-308', '1e400', '1,5', '2mm', '0x1f', '٣', '7', '1e6')
+    ]
+}
 
 
 def good_inputs(folder: Path) -> None:
@@ -299,7 +309,8 @@ def trial(command: str, seed: int, good: Path) -> Trial:
         shutil.copytree(good, folder, dirs_exist_ok=True)
         damages = [damage(folder, str(rng.choice(inputs)), rng) for _ in range(int(rng.integers(1, 3))) if inputs]
         if rng.random() < 0.35 or not inputs:
-            extra = _OPTIONS[int(rng.integers(0, len(_OPTIONS)))]
+            options = _OPTIONS + _MORE_OPTIONS.get(command, [])
+            extra = options[int(rng.integers(0, len(options)))]
             words += extra.split()
             damages.append(extra)
         if rng.random() < 0.05:
@@ -309,7 +320,7 @@ def trial(command: str, seed: int, good: Path) -> Trial:
         back = os.getcwd()
         os.chdir(folder)
         try:
-            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), answering(folder / 'answers.txt'):
                 code = tool([command.split(maxsplit=1)[0], *words], until_admitted=True)
         finally:
             os.chdir(back)
@@ -319,6 +330,17 @@ def trial(command: str, seed: int, good: Path) -> Trial:
         asked = words[len(words) - 1 - words[::-1].index('--output') + 1]
         before = {name: digest for name, digest in before.items() if not name.startswith(asked)}
     return Trial(words, damages, code, said, _wrong(code, out.getvalue(), said, before, after))
+
+
+@contextlib.contextmanager
+def answering(answers: Path) -> Iterator[None]:
+    """Standard input is that file, as a shell's `<` would have it; nothing where it is none."""
+    before = sys.stdin
+    with open(answers if answers.is_file() else os.devnull, encoding='utf-8') as sys.stdin:
+        try:
+            yield
+        finally:
+            sys.stdin = before
 
 
 def _state(folder: Path) -> dict[str, str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from math import isfinite
 from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.errors import BadInput
@@ -21,6 +20,7 @@ _QUESTIONS = (
     ('resistance', 'ohm', 1.0, 'resistance at room temperature'),
 )
 _MASS = ('mass', 'g', 1e-3, 'mass, where it was weighed; else that of a round nylon fibre')
+_LEAST, _MOST = 1e-6, 1e5  # in the units asked for: wider than any coil, and no formula overflows
 _HEADING = (
     'A muscle from its geometry (tcp_muscle new-muscle): a place to start from, before `tcp_muscle calibrate`.',
     'Behind each value: unit; between what bounds it is likely to lie; where it comes from.',
@@ -89,6 +89,8 @@ def _answer(args: argparse.Namespace, name: str, unit: str, factor: float, meani
             given = input(f'{meaning[0].upper()}{meaning[1:]}{f", {unit}" if unit else ""}: ')
         except EOFError:
             raise BadInput(f'--{option} is missing ({meaning}), and nobody answers') from None
+        except UnicodeDecodeError:
+            raise BadInput(f'--{option}: the answer ({meaning}) is not text') from None
     return _number(given, name, unit, factor, meaning)
 
 
@@ -97,8 +99,9 @@ def _number(text: str, name: str, unit: str, factor: float, meaning: str) -> flo
         value = float(text)
     except ValueError:
         value = float('nan')
-    if not (isfinite(value) and value > 0.0):
+    if not _LEAST <= value <= _MOST:  # nor nan
         raise BadInput(
-            f"--{_option(name, unit)} '{text.strip()}': expected a number above 0{f' in {unit}' if unit else ''}"
+            f"--{_option(name, unit)} '{text.strip()}': expected a number above 0{f' in {unit}' if unit else ''}, "
+            f'from {_LEAST:g} to {_MOST:g}'
         )
     return factor * value

@@ -48,6 +48,7 @@ def test_it_asks_for_what_no_option_says(tmp_path, monkeypatch, capsys):
     [
         (options(turns='many'), "--turns 'many': expected a number above 0"),
         (options(coil_length_mm='600'), 'coil length 600 mm: expected less than the fibre length, 500 mm'),
+        (options(turns='1e-308'), "--turns '1e-308': expected a number above 0, from 1e-06 to 100000"),
         (options(mass_g='-1'), "--mass-g '-1': expected a number above 0 in g"),
         (options()[2:], '--fibre-diameter-mm is missing (diameter of the fibre), and nobody answers'),
     ],
@@ -59,6 +60,12 @@ def test_what_is_wrong_is_one_line(given, said, tmp_path, monkeypatch, capsys):
     errors = capsys.readouterr().err
     assert said in errors and len(errors.strip().splitlines()) == 1
     assert not path.exists()
+
+
+def test_an_answer_that_is_not_text_is_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr('sys.stdin', io.TextIOWrapper(io.BytesIO(b'0.2\n\xd50\n'), encoding='utf-8'))
+    assert main(['new-muscle', '--output', str(tmp_path / 'mine.yaml')]) == 2
+    assert 'is not text' in capsys.readouterr().err and not list(tmp_path.iterdir())
 
 
 def test_what_is_there_stays_without_force(tmp_path, capsys):
