@@ -41,6 +41,7 @@ from tcp_muscle_ros.report.words import (
 )
 
 _STILL = 'channels.png'  # for who has no scripts; the viewer shows all of it
+_WORSE = 1.2  # of an error: by how much a replay of improved.yaml is clearly worse than the fit
 Table = tuple[list[str], list[list[str]]]
 
 
@@ -97,6 +98,7 @@ def _told(d: Diagnosis) -> dict[str, Any]:
         'experiment': _experiment(d),
         'fit': _fit(d),
         'unseen': _unseen(d),
+        'left_out': _left_out(d),
         'values': _values(d),
         'not_testable': _not_testable(d),
         'recordings': _recordings(d),
@@ -199,6 +201,12 @@ def _fit(d: Diagnosis) -> list[list[str]]:
 def _unseen(d: Diagnosis) -> str:
     told = [f'{name} {change_text(name, f.held_out)}' for name, f in d.fit.items() if f.held_out is not None]
     return f'recalibrated, then with all findings: {", ".join(told)}' if told and d.findings else ''
+
+
+def _left_out(d: Diagnosis) -> str:
+    """The errors of the fit where improved.yaml, which leaves something of it out, is clearly worse."""
+    clearly = {name: f.fitted for name, f in d.fit.items() if f.fitted is not None and f.improved > _WORSE * f.fitted}
+    return ', '.join(f'{name} {error_text(name, error)}' for name, error in clearly.items())
 
 
 def _values(d: Diagnosis) -> list[tuple[str, str, list[str], list[list[str]]]]:

@@ -163,6 +163,7 @@ def _fit(f: ChannelFit) -> dict[str, object]:
         'rmse_nominal': f.nominal,
         'rmse_calibrated': f.calibrated,
         'rmse_improved': f.improved,
+        'rmse_fitted': f.fitted,
         'noise': f.noise,
         'held_out': f.held_out and _change(f.held_out),
     }

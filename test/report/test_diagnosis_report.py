@@ -56,7 +56,7 @@ CONTRACT = {
         'improvement',
         'unlisted',
     },
-    'fit': {'rmse_nominal', 'rmse_calibrated', 'rmse_improved', 'noise', 'held_out'},
+    'fit': {'rmse_nominal', 'rmse_calibrated', 'rmse_improved', 'rmse_fitted', 'noise', 'held_out'},
     'not_testable': {'effect', 'why'},
     'unexplained': {'stage', 'channel', 'share', 'driver', 'interval_s'},
     'next_experiment': {'separates', 'protocol', 'power'},

@@ -135,6 +135,17 @@ def test_each_finding_tells_its_own_improvement(made):
     assert 'temperature 1.10 to 0.160 K; displacement 0.310 to 0.0410 mm.' in said[1]
 
 
+def test_where_improved_yaml_is_worse_than_the_fit_the_page_gives_both(made):
+    d, _ = made['creep']
+    assert 'The figures show the fit itself' not in render(d)
+    stroke = replace(d.fit['displacement'], improved=2e-4, fitted=5e-5)
+    d = replace(d, fit={**d.fit, 'displacement': stroke})
+    (said,) = (text for text in Page(render(d)).said if 'The figures show the fit itself' in text)
+    assert said.endswith('Its errors are displacement 0.0500 mm.')
+    fit = as_data(d)['fit']['displacement']
+    assert (fit['rmse_improved'], fit['rmse_fitted']) == (2e-4, 5e-5)
+
+
 def test_one_channel_singles_nothing_out_and_the_causes_that_look_alike_are_told(made):
     d, _ = made['creep']
     cluster = (Member('creep', 'mechanical', 0.7), Member('two_node', 'thermal', 0.3))

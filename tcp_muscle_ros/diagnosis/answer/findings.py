@@ -152,8 +152,9 @@ class ChannelFit:
     """Root mean square errors of one channel over all recordings, all of single samples (SI).
 
     ``nominal``, ``calibrated`` and ``improved``: of replays of the whole recordings with the nominal muscle, the
-    recalibrated one and improved.yaml, without what belongs to sensors. ``held_out``: the free-run error on data not
-    used for the fit, recalibrated and with all findings; None where nothing was held out.
+    recalibrated one, and improved.yaml on rig.yaml. ``held_out``: the free-run error on data not used for the fit,
+    recalibrated and with all findings; None where nothing was held out. ``fitted``: of the fit with all findings, which
+    the figures show; it has also what is of these recordings alone (a room that drifted), and improved.yaml has not.
     """
 
     nominal: float
@@ -161,6 +162,7 @@ class ChannelFit:
     improved: float
     noise: float
     held_out: Change | None = None
+    fitted: float | None = None
 
 
 @dataclass(frozen=True)

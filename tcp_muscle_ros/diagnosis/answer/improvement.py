@@ -51,7 +51,7 @@ def fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
     for name in noise:
         nominal_error, calibrated, improved = (mine[name] for mine in errors)
         unseen = Change(before[name], after[name]) if name in before and name in after else None
-        found[name] = ChannelFit(nominal_error, calibrated, improved, noise[name], unseen)
+        found[name] = ChannelFit(nominal_error, calibrated, improved, noise[name], unseen, improved)
     return found
 
 
