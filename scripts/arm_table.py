@@ -92,7 +92,7 @@ def main() -> int:
                 found.append(both)
             times = ' | '.join(f'{settled:.2f} / {limit:.2f}' for settled, limit, *_ in both.reshape(4, 4))
             worst = f'{100.0 * both[..., 2].max():.1f} | {both[..., 3].max():.2f}'
-            print(f'| {f"draw {k}" if k else "as believed"} | {times} | {worst} |', flush=True)
+            print(f'| {f"draw {k}" if k else "as assumed"} | {times} | {worst} |', flush=True)
     except BadInput as problem:
         print(f'arm_table: {problem}', file=sys.stderr)
         return 2

@@ -59,8 +59,8 @@ def check_arguments(arguments: Sequence[str], name: str) -> None:
                 kind, before = first.setdefault(key, (type(value), source))
                 if kind is not type(value):
                     raise BadInput(
-                        f"parameter '{key}' is a whole number and a decimal one ({before}, {source}), of which ROS "
-                        f'would take the whole one: write it with a point in both'
+                        f"parameter '{key}' is given both as a whole number and as a decimal ({before}, {source}), and "
+                        f'ROS would use the whole number: write both with a decimal point'
                     )
 
 

@@ -126,7 +126,7 @@ class LeadingTime(ScaledTime):
                     self._done.pop(name, None)
                 self._node.get_logger().warning(
                     f'lockstep: {", ".join(late)} did not answer the tick at {tick / SECOND:g} s within '
-                    f'{self._patience:g} s and is waited for no more'
+                    f'{self._patience:g} s and is no longer waited for'
                 )
 
     def _forget_who_is_gone(self) -> None:

@@ -157,7 +157,7 @@ class Runner:
     def _refuse_another(self) -> None:
         other = self._another()
         if other:
-            raise BadInput(f'{other} commands this muscle too; stop it first: a muscle has one commander')
+            raise BadInput(f'{other} commands this muscle too; stop it first: only one node may command a muscle')
 
     def _another(self) -> str:
         """Another commander of the muscle, '' where there is none."""

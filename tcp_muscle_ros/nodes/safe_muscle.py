@@ -197,4 +197,4 @@ class SafeMuscle:
 
 
 def _several(commanders: Sequence[str]) -> str:
-    return f'several commanders: {", ".join(commanders)}'
+    return f'several nodes command it: {", ".join(commanders)}'

@@ -192,7 +192,7 @@ class SimMuscle(SafeMuscle):
         if not DOMAIN_LOW <= self._reading.fibre_temperature <= DOMAIN_HIGH:
             yield "outside the model's domain (0 to 120 degC)"
         elif not self._reading.in_domain:
-            yield 'outside the table of a free law, which goes on straight'
+            yield 'outside the table of a free law, which is extrapolated'
         if self._reading.slack:
             yield 'slack: a muscle cannot push'
 

@@ -35,7 +35,7 @@ class Believing:
         self._looks += 1
         if self._asked.done():
             (result,) = self._asked.result().results
-            what = f'believes in {self._told}' if self._told else 'believes in its own parameters again'
+            what = f'assumes {self._told}' if self._told else 'assumes its own parameters again'
             self._say(f'{self._name} {what}' if result.successful else f'{self._name} refuses: {result.reason}')
             self._asked = None
         elif self._looks > _PATIENCE:

@@ -263,7 +263,7 @@ def _too_long(source: ColumnSource, table: _Table, column: int, time: Array, whe
     k, usual = int(np.argmax(step)), float(np.median(step))
     if time[-1] - step[k] <= _LONGEST_S and step[k] > 10.0 * usual:
         return (
-            f'{table.at(k + 1, column)}: time leaps by {step[k]:.3g} s, where a row is usually {usual:.3g} s after the '
+            f'{table.at(k + 1, column)}: time jumps by {step[k]:.3g} s, where a row is usually {usual:.3g} s after the '
             'last: was the clock set? Make two files of it'
         )
     factors = {unit.name: unit.scale / source.unit.scale for unit in UNITS.values() if unit.quantity == 'time'}

@@ -117,7 +117,7 @@ def _steps_at_switches(recording: Recording, channel: Channel, drive: Channel) -
         told = (
             f'{channel.name}: steps by {size * unit[0]:+.3g} {unit[1]} at each of {k.size} switches of the {drive.name}'
         )
-        yield channel.name, 'switch', f'{told}, faster than heat: the instrument picks the {drive.name} up'
+        yield channel.name, 'switch', f'{told}, faster than heat: the instrument responds to the {drive.name}'
 
 
 def _read_at(places: NDArray[np.int_], at: float = -0.5) -> Array:
@@ -172,5 +172,5 @@ def _contradictions(recording: Recording) -> Iterator[tuple[str, str, str]]:
         share = float(np.median(value / np.where(there == 0.0, np.inf, there))) - 1.0
         if abs(share) > _OFF:
             sign = 'times' if name == 'power' else 'over'
-            told = f'{name}: voltage {sign} current is {100 * share:+.1f} % of it away: one of the instruments is off'
+            told = f'{name}: voltage {sign} current differs from it by {100 * share:+.1f} %: an instrument is wrong'
             yield name, 'contradiction', told

@@ -45,8 +45,8 @@ def main_part(times: Sequence[Index]) -> Part | None:
     first, last = int(together[starts[most]]), int(together[ends[most]])
     elsewhere = together.size - 1 - int(ends[most] - starts[most])
     note = (
-        f'the clock leaps by up to {float(gap.max()) / _DAY_NS:.4g} days (it was set, or a stamp is wrong?): '
-        f'{elsewhere} of {together.size} samples lie beyond a leap and were left out'
+        f'the clock jumps by up to {float(gap.max()) / _DAY_NS:.4g} days (it was set, or a stamp is wrong?): '
+        f'{elsewhere} of {together.size} samples lie beyond a jump and were left out'
     )
     return Part(first, last, note)
 

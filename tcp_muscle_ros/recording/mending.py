@@ -164,7 +164,7 @@ def _seams(recording: Recording) -> list[tuple[float, str]]:
             if not by_load and (not found or at - found[-1] > _SHORTEST):
                 found.append(at)
         if found:
-            return [(at, f'{name} leaps at {at:.1f} s, which no muscle does: another run begins there') for at in found]
+            return [(at, f'{name} jumps at {at:.1f} s, which no muscle does: another run begins there') for at in found]
     return []
 
 

@@ -255,7 +255,7 @@ def _refuse_leaps(recording: Recording, name: str) -> None:
     stays = [k for k in after if k + 3 < len(step) and np.abs(step[k + 1 : k + 4]).max() < 0.1 * span]
     if len(stays) >= 3:  # one may be a slip, or the seam of two runs
         raise BadInput(
-            f'{recording.path}: {name} leaps by up to {np.abs(step[stays]).max() / span:.0%} of its range within a '
+            f'{recording.path}: {name} jumps by up to {np.abs(step[stays]).max() / span:.0%} of its range within a '
             f'sample, {len(stays)} times, but heat takes seconds: does {channel.topic} carry an input? Say which topic '
             f'is which with --channel {name}=TOPIC'
         )

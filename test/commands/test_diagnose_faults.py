@@ -117,7 +117,7 @@ def test_where_the_only_sensor_is_dead_nothing_can_be_said(diagnose):
     ('fault', 'why'),
     [
         (bags.kept(lambda t: (t < 28.0) | (t > 38.0)), 'no current for 10.'),  # the current went off in between
-        (bags.glued(22.0, 0.1), 'temperature leaps at 22.'),
+        (bags.glued(22.0, 0.1), 'temperature jumps at 22.'),
         (bags.glued(22.0, 60.0), 'no current for 60.'),
     ],
     ids=['gap', 'glued without a pause', 'glued with a pause'],

@@ -132,7 +132,7 @@ def test_who_does_not_answer_is_waited_for_no_more_and_may_come_back(bench):
     commander.silent_from = 10
     commander.join()
     commander.until(200)
-    assert 'lockstep: /bench did not answer the tick at 0.1 s within 0.5 s and is waited for no more' in sim.said()
+    assert 'lockstep: /bench did not answer the tick at 0.1 s within 0.5 s and is no longer waited for' in sim.said()
     commander.silent_from = None
     bench.until(lambda: sim.said().count('in lockstep with /bench') == 2, 'it may not come back')
     sim.kill()

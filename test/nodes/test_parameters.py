@@ -142,7 +142,7 @@ FILES = {
         (
             'controller_node',
             ['--params-file', 'whole.yaml', '-p', 'current_limit_a:=0.1'],
-            "parameter 'current_limit_a' is a whole number and a decimal one",
+            "parameter 'current_limit_a' is given both as a whole number and as a decimal",
         ),
         ('sim_node', ['-p', 'max_temperature_c:=80.0'], 'derating must begin below the maximum temperature'),
         ('sim_node', ['-p', 'end:=spring'], 'spring_rate = 0.0 N/m'),

@@ -164,7 +164,8 @@ def test_two_commanders_are_refused_and_both_nodes_say_so(bench, muscle, tmp_pat
 
     def told(node):
         return any(
-            status.name == f'/played/{node}' and 'several commanders: /bench, /played/controller_node' in status.message
+            status.name == f'/played/{node}'
+            and 'several nodes command it: /bench, /played/controller_node' in status.message
             for _, array in muscle.diagnostics[-20:]
             for status in array.status
         )

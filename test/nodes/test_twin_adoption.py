@@ -110,12 +110,12 @@ def test_an_adopted_model_reaches_the_controller_and_is_taken_back_from_both(ben
             wear(1.0)
             bench.until(lambda: model('twin_node') == 'none', 'not taken back', 120.0)
             bench.until(lambda: model('controller_node') == 'none', 'the controller keeps it')
-            bench.until(lambda: 'believes in its own parameters again' in twin.said(), 'it does not say so')
+            bench.until(lambda: 'assumes its own parameters again' in twin.said(), 'it does not say so')
         finally:
             over.set()
             worker.join()
     said = twin.said()
     assert 'Traceback' not in said + controlled.controller.said()
-    assert 'controller_node believes in /' in said
+    assert 'controller_node assumes /' in said
     assert 'adopted: the new model' in said and 'taken back: the former model' in said
     bench.kill([twin])

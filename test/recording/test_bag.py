@@ -196,7 +196,7 @@ def test_a_recording_whose_clock_leaps_is_read_up_to_the_leap_or_from_it(tmp_pat
     assert recording['load'].value.tolist() == [0.6]
     assert recording['load'].time[0] == 0.0
     beyond = 2 * (100 - len(kept)) + (early < 50)
-    assert any('the clock leaps by up to 1.968e+04 days' in note for note in recording.notes)
+    assert any('the clock jumps by up to 1.968e+04 days' in note for note in recording.notes)
     assert any(f'{beyond} of 201 samples lie beyond' in note for note in recording.notes)
 
 
@@ -205,7 +205,7 @@ def test_a_damaged_stamp_among_good_ones_costs_its_own_sample(tmp_path):
     rows[7] = ('/temperature', START + 70 * MS, temperature(27, (2**31 - 1) * 10**9))
     recording = read_bag(write_foreign(tmp_path / 'bag', rows))
     np.testing.assert_array_equal(recording['temperature'].value, 293.15 + np.delete(np.arange(50), 7))
-    assert any('1 of 50 samples lie beyond a leap' in note for note in recording.notes)
+    assert any('1 of 50 samples lie beyond a jump' in note for note in recording.notes)
 
 
 def test_a_clock_that_was_set_back_is_noted(tmp_path):

@@ -221,7 +221,7 @@ def test_a_mistake_in_the_map_is_answered_with_the_key_and_the_nearest_valid_one
         (
             np.append(np.arange(100), 1.6e9 + np.arange(50)),
             's',
-            r"row 102, column 't': time leaps by 1.6e\+09 s, where",
+            r"row 102, column 't': time jumps by 1.6e\+09 s, where",
         ),
         (1e5 * np.arange(2000), 's', 'no run lasts a year; did you mean unit: us'),
         (1e30 * np.arange(5), 's', 'no run lasts a year; see time in'),

@@ -44,7 +44,7 @@ def test_columns_as_a_lab_names_them_and_stamps():
     ('columns', 'said'),
     [
         ({'t': [0, 1], 'note': ['a', 'b']}, 'no column is a channel'),
-        ({'t': [0, 0], 'T (C)': [1, 2]}, 'does not rise'),
+        ({'t': [0, 0], 'T (C)': [1, 2]}, 'does not increase'),
         ({'t': [0, 1], 'T (C)': [1, 2], 'temp_degC': [1, 2]}, 'two columns are temperature'),
         ({'t': ['x', 'y'], 'T (C)': [1, 2]}, 'expected seconds'),
     ],

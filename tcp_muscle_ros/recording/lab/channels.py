@@ -196,11 +196,10 @@ def _unit(chosen: Candidate, path: Path) -> tuple[str, str]:
         if each.quantity == UNITS[kind.unit].quantity and _would_do(chosen.channel, each.to_si(chosen.value))
     ]
     if len(fitting) == 1:
-        return fitting[
-            0
-        ], f'{chosen.column.ref} has no unit; taken as {fitting[0]}, in which alone its values are usual'
+        told = f'{chosen.column.ref} has no unit; taken as {fitting[0]}, the only unit in which its values are usual'
+        return fitting[0], told
     low, high = float(np.min(chosen.value)), float(np.max(chosen.value))
-    would = f'would do in {", ".join(fitting)}' if fitting else 'would do in none of its units'
+    would = f'are usual in {", ".join(fitting)}' if fitting else 'are usual in none of its units'
     raise BadInput(
         f'{path}: {chosen.column.ref} has no unit, and {low:.4g} to {high:.4g} {would}; write it into the heading, as '
         f"'{chosen.column.heading} ({(fitting or [kind.unit])[0]})', or into a map (--map, see docs/recording.md)"

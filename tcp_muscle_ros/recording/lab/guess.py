@@ -153,7 +153,7 @@ def _run(part: Part, time: DraftTime | float, path: Path) -> DraftRun:
     columns, left_out, notes = channels_of(part.columns, time, part.layout.decimal, part.table.preamble, path)
     if not columns:
         raise BadInput(
-            f'{path}: no column that a muscle has: none of {_list(part.columns)} is a current, power, voltage, '
+            f'{path}: no column of a muscle: none of {_list(part.columns)} is a current, power, voltage, '
             f'temperature, resistance, displacement or force by its heading or unit; {_HELP}'
         )
     used = {column.ref for column in columns}
