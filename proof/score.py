@@ -28,6 +28,7 @@ ALIKE = 0.85  # likeness from which a pair is taken as truly ambiguous
 PEAKS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, np.inf)  # bins of the power curve, in noise units
 STRENGTHS = (-0.25, 0.0, 0.25, 0.5, 0.75, 1.001)  # and by strength: 0 is barely visible, 1 obvious
 REACH = 1.1  # the recalibrated error must be so much larger than the oracle's for a gap to be there
+LEAST_NOISE, MOST_NOISE = 0.7, 1.5  # of the instrument's: what a stated noise may be
 NO_LIMIT = {'recalibration': None, 'oracle': None}
 
 
@@ -221,6 +222,7 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         number('held-out error left, of the recalibrated, median', '', ratios, np.median),
         rate('held-out error made worse by a tenth', '', muscles, worse),
         {**rate('90 % intervals that cover', '85 to 95 %', [], lambda a: True), **_count(inside)},
+        {**rate('noise as the instrument has it', '>= 95 %', [], lambda a: True), **_count(_noise_held(answers))},
     ]
 
 
@@ -279,6 +281,19 @@ def covered(answer: Answer) -> list[bool]:
         if entry.get('low') is not None and entry.get('high') is not None:
             found.append(bool(entry['low'] <= true <= entry['high']))
     return found
+
+
+def noise_ratios(answer: Answer) -> list[float]:
+    """Of each channel: the reported standard deviation of its noise over the one that its instrument has."""
+    stated, true = (answer.report or {}).get('noise') or {}, answer.label['noise']
+    return [float(stated[name]) / true[name] for name in stated if name in true]
+
+
+def _noise_held(answers: Sequence[Answer]) -> list[bool]:
+    """Is it neither a misfit that was taken for noise nor less than there is? Where noise wanders slowly by far the
+    most of it is the instrument's wander, and not asked."""
+    asked = [a for a in answers if a.label['what'] != 'coloured_noise']
+    return [LEAST_NOISE <= ratio <= MOST_NOISE for a in asked for ratio in noise_ratios(a)]
 
 
 def flagged(answer: Answer) -> bool:

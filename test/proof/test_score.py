@@ -217,6 +217,15 @@ def test_coverage_is_judged_on_shared_parameters_that_the_data_fix():
     assert row(others, '90 % intervals that cover')['n'] == 0
 
 
+def test_noise_that_took_a_misfit_with_it_is_counted_channel_by_channel():
+    right = {'temperature': 0.25, 'displacement': 5e-5}
+    swallowed = {'temperature': 0.2, 'displacement': 3e-4}
+    answers = [answer('single', ['creep'], [], report={'noise': noise}) for noise in (right, swallowed)]
+    wandering = answer('decoy', [], [], what='coloured_noise', report={'noise': swallowed})
+    assert row([*answers, wandering], 'noise as the instrument has it')['hits'] == 3
+    assert row([*answers, wandering], 'noise as the instrument has it')['n'] == 4
+
+
 def test_curves_sort_singles_by_size_and_by_strength():
     answers = [
         answer('single', ['creep'], [finding('creep')], peak=30.0, strength=0.9),
