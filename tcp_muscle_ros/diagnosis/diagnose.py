@@ -95,6 +95,8 @@ class _Work:
             self.selection = self._selected(self.calibration, testable)
         repeated = between_runs(self.experiments)
         apart = differing(self.selection.final, repeated)
+        if any(c.definition.circumstance for c in self.selection.chosen):
+            repeated, apart = {}, []  # it says itself why runs of one protocol differ
         if apart:
             self.selection = self._beside_what_differs({name: repeated[name] for name in apart}, testable)
         self.seconds['select'] = time.monotonic() - start

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.cluster import cluster, one_channel
+from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.findings import (
     Diagnosis,
     Finding,
@@ -158,6 +159,13 @@ def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Findin
     return tuple(sorted(found, key=lambda f: (f.stage == 'sensor', -f.gain)))
 
 
+def _probability(selection: Selection, chosen: Chosen, runs: RunToRun | None) -> float:
+    """That a chosen effect is there."""
+    values = _effect_values(selection.final, chosen.effect)
+    remains = left_unexplained(selection, runs)
+    return probability(terms(selection, chosen, values, remains is not None), selection.final.problem.policy.odds)
+
+
 def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[NotTestable, ...]:
     found = [NotTestable(name, why) for name, why in untried.items()]
     chosen = {c.effect for c in selection.chosen}
@@ -246,6 +254,7 @@ def conclude(
 ) -> Diagnosis:
     """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why; ``runs``: how
     runs of one protocol differ."""
+    selection = named_only_if_likely(selection, lambda found, chosen: _probability(found, chosen, runs))
     remains = left_unexplained(selection, runs)
     before = selection.structure_before
     channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)

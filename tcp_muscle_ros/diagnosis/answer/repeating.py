@@ -1,21 +1,19 @@
 """How well runs of one protocol repeat each other, what each run has for itself, and how that is said."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.answer.doubtful import without
 from tcp_muscle_ros.diagnosis.answer.findings import Run, RunToRun
-from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without, own_improvement
+from tcp_muscle_ros.diagnosis.answer.improvement import own_improvement
 from tcp_muscle_ros.diagnosis.answer.sentences import quantity
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import CAPACITY, GAIN
 from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability
 from tcp_muscle_ros.diagnosis.noise.replicates import protocols
-from tcp_muscle_ros.diagnosis.search.holdout import held_out
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.selection import Selection
@@ -88,22 +86,8 @@ def beyond_what_differs(selection: Selection, repeated: Mapping[str, Repeatabili
             change.before**2 - change.after**2 > (repeated[name].own_gain * repeated[name].peak) ** 2
             for name, change in changes.items()
         ):
-            selection = _without(selection, chosen.effect)
+            selection = without(selection, chosen.effect)
     return selection
-
-
-def _without(selection: Selection, effect: str) -> Selection:
-    """The selection without one of its effects."""
-    left = tuple(c for c in selection.chosen if c.effect != effect)
-    final = settle_noise(fitted_without(selection, effect), 1)[0] if left else selection.calibrated
-    return replace(
-        selection,
-        final=final,
-        chosen=left,
-        after=held_out(final, selection.kept_back),
-        structure_after=structures(final),
-        unnamed=None,
-    )
 
 
 def left_unexplained(selection: Selection, found: RunToRun | None) -> Unexplained | None:
