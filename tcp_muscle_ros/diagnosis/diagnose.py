@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values, conclude, summaries
+from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values, conclude, likely, summaries
+from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, NotTestable
 from tcp_muscle_ros.diagnosis.answer.repeating import beyond_what_differs, run_to_run
 from tcp_muscle_ros.diagnosis.fitting import switching
@@ -21,6 +22,7 @@ from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability, between_runs
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.observed import STROKE
+from tcp_muscle_ros.diagnosis.search.bending import with_bent_form
 from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.selection import Selection
@@ -101,6 +103,8 @@ class _Work:
             self.selection = self._beside_what_differs({name: repeated[name] for name in apart}, testable)
         self.seconds['select'] = time.monotonic() - start
         runs = run_to_run(self.selection, self.nominal, repeated, apart)
+        self.selection = named_only_if_likely(self.selection, lambda found, chosen: likely(found, chosen, runs))
+        self.selection = with_bent_form(self.selection, self.progress)
         return conclude(self.selection, self.nominal, untried, self.seconds, runs)
 
     def _calibrated(self) -> Calibration:

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.cluster import cluster, one_channel
-from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.findings import (
     Diagnosis,
     Finding,
@@ -21,7 +20,7 @@ from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, rig_of
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
-from tcp_muscle_ros.diagnosis.answer.notes import on_rests, on_shared, on_slips
+from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_rests, on_shared, on_slips
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, notes_on_runs, said_of_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
@@ -159,8 +158,8 @@ def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Findin
     return tuple(sorted(found, key=lambda f: (f.stage == 'sensor', -f.gain)))
 
 
-def _probability(selection: Selection, chosen: Chosen, runs: RunToRun | None) -> float:
-    """That a chosen effect is there."""
+def likely(selection: Selection, chosen: Chosen, runs: RunToRun | None) -> float:
+    """The probability that a chosen effect is there."""
     values = _effect_values(selection.final, chosen.effect)
     remains = left_unexplained(selection, runs)
     return probability(terms(selection, chosen, values, remains is not None), selection.final.problem.policy.odds)
@@ -219,7 +218,7 @@ def _verdict(findings: Sequence[Finding], unexplained: Unexplained | None, apart
 
 
 def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ...], ...]:
-    calibrated, final = selection.calibrated, selection.final
+    calibrated, final = selection.calibrated, selection.best
     nominals = nominal_predictions(final, nominal)
     rows = []
     for k, experiment in enumerate(final.problem.experiments):
@@ -254,7 +253,6 @@ def conclude(
 ) -> Diagnosis:
     """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why; ``runs``: how
     runs of one protocol differ."""
-    selection = named_only_if_likely(selection, lambda found, chosen: _probability(found, chosen, runs))
     remains = left_unexplained(selection, runs)
     before = selection.structure_before
     channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
@@ -310,6 +308,7 @@ def _notes(selection: Selection, remains: Unexplained | None) -> tuple[str, ...]
     """What is to be known beside the findings."""
     return (
         *notes(selection.final.problem.experiments),
+        *on_bent_form(selection),
         *on_slips(selection),
         *on_rests(selection.final),
         *on_shared(selection, remains),

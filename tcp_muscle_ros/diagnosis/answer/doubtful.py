@@ -37,4 +37,5 @@ def without(selection: Selection, effect: str) -> Selection:
         after=held_out(final, selection.kept_back),
         structure_after=structures(final),
         unnamed=None,
+        bent=None,
     )

@@ -31,7 +31,7 @@ def improved_muscle(selection: Selection) -> Parameters:
     What belongs to the sensors goes to the rig. Circumstances stay in the report: a room that drifted, or a draught, in
     these recordings does so otherwise in the next. Of slips at their own instants it keeps the mean.
     """
-    final = selection.final
+    final = selection.best
     muscle = now(foretelling(final, selection.calibrated))
     own = {u.name.split('.')[0] for u in final.problem.unknowns if '.' in u.name and u.recording is not None}
     physics = [e for e in muscle.effects if not (EFFECTS[e].stage == 'sensor' or EFFECTS[e].circumstance or e in own)]

@@ -43,7 +43,7 @@ def fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
             for e, mine in zip(final.problem.experiments, shown, strict=True)
         ],
         selection.calibrated.left,
-        final.left,
+        selection.best.left,
     )
     errors = [of_samples(final, _root_mean_square(left)) for left in models]
     noise = noises(selection)

@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.diagnosis.search.shared import shared_misfit, wandering
+from tcp_muscle_ros.muscle import EFFECTS
 
 
 def on_slips(selection: Selection) -> tuple[str, ...]:
@@ -31,6 +32,23 @@ def on_slips(selection: Selection) -> tuple[str, ...]:
     return (
         f'{what}: {"; ".join(each)}; no model predicts these instants, so they are taken from the recordings, also '
         f'from held-out ones; improved.yaml {better}',
+    )
+
+
+def on_bent_form(selection: Selection) -> tuple[str, ...]:
+    """That a listed form was bent, by what, over what, and where it is found."""
+    if selection.bent is None:
+        return ()
+    bent = selection.bent.muscle
+    (law,) = set(bent.effects) - set(selection.final.muscle.effects)
+    free = EFFECTS[law].free
+    assert free is not None
+    driver = tuple(free.drivers)[round(bent[f'{law}.driver'])].replace('_', ' ')
+    stage = EFFECTS[law].stage
+    names = [c.effect.replace('_', ' ') for c in selection.chosen if c.definition.stage == stage]
+    return (
+        f'the listed form of {" and ".join(names)} is not quite that of this muscle: improved.yaml has a table over '
+        f'the {driver} beside it ({law}), which also predicts unseen data better',
     )
 
 

@@ -1,8 +1,9 @@
 """Laws without a name: where the listed effects leave a misfit, a table over a driver is tried, instead or beside.
 
 A free law bends to much, so it is taken only where it explains half of what is left, by more than its coefficients
-cost, and where unseen data confirm it. It takes the place of a listed effect only where that leaves a misfit and the
-law leaves half of it at most: what the listed form merely misses of the muscle's own is no reason to lose its name.
+cost, and where unseen data confirm it. It takes the place of a listed effect only where that leaves a misfit, does not
+explain nearly all, and the law leaves half of it at most: what the listed form merely misses of the muscle's own is no
+reason to lose its name (``bending``).
 """
 
 from collections.abc import Callable, Sequence
@@ -33,7 +34,7 @@ _OUTPUTS = {
     'force': 'force',
 }
 _TRIED = 2  # laws that are refitted beside, and instead of, what is there
-_HALF = 0.5  # of what is left, that a law takes away at least
+HALF = 0.5  # of what is left, that a law takes away at least
 _PROBE = 0.1  # of a coefficient's prior spread, by which its slope is taken
 _MARGIN = 0.02  # of a driver's range, so that the recordings do not end at the last knot
 _ROUNDS = 15
@@ -55,19 +56,21 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
         return found
     left, least = excess(found.final, found), found.final.problem.policy.least_drop
     best, scored = found, np.inf
-    for start, kept in _starts(found):
+    for begun, keeping in _starts(found):
         tried: list[Rival] = []
-        for law in promising(start, progress)[:_TRIED]:
-            better = refitted(start, law)
+        for law in promising(begun, progress)[:_TRIED]:
+            start, kept, better = _alone(found, begun, keeping, refitted(begun, law), law)
+            if _is_form(law, kept):
+                continue
             score = penalised(better)
             tried.append(Rival(law.basis.effect, better, score))
             remains = excess(better, found)
             gained = penalised(start) - score
-            enough = remains < _HALF * left and gained > 2.0 * least and score < scored - least
+            enough = remains < HALF * left and gained > 2.0 * least and score < scored - least
             if enough and (gain := confirmation(start, better)[0]).holds:
                 chosen = _selection(found, start, better, law, kept, gain)
                 best, scored = replace(chosen, unnamed=unnamed), score
-                left = remains / _HALF  # what comes after must be clearly better still
+                left = remains / HALF  # what comes after must be clearly better still
         if best is not found:
             return _among(best, tried)  # where a law stands instead of a name, none is sought beside it
     return best
@@ -95,13 +98,43 @@ def excess(fitted: Fit, found: Selection) -> float:
 
 def _starts(found: Selection) -> list[tuple[Fit, tuple[Chosen, ...]]]:
     """What a law is added to, and the effects that stay: instead of the one effect that is named, else beside all."""
-    physics = [c for c in found.chosen if EFFECTS[c.effect].stage != 'sensor']
+    physics = [c for c in found.chosen if c.definition.stage != 'sensor']
     starts = [(found.final, found.chosen)]
-    if len(physics) == 1:
-        kept = tuple(c for c in found.chosen if c is not physics[0])
-        bare = shrink(found.final, physics[0].effect) if kept else found.calibrated
-        starts.insert(0, (bare, kept))
+    if len(physics) == 1 and not _explains_nearly_all(found):
+        starts.insert(0, _less(found, physics[0]))
     return starts
+
+
+def _less(found: Selection, chosen: Chosen) -> tuple[Fit, tuple[Chosen, ...]]:
+    """The fit without one of the effects, and those that stay."""
+    kept = tuple(c for c in found.chosen if c is not chosen)
+    return (shrink(found.final, chosen.effect) if kept else found.calibrated), kept
+
+
+def _explains_nearly_all(found: Selection) -> bool:
+    """Whether the listed effects explain so much of what was missed that what is left may be their form."""
+    explained = 1.0 - excess(found.final, found) / max(excess(found.calibrated, found), 1e-300)
+    return explained >= found.final.problem.policy.nearly_all
+
+
+def _alone(
+    found: Selection, start: Fit, kept: tuple[Chosen, ...], better: Fit, law: Law
+) -> tuple[Fit, tuple[Chosen, ...], Fit]:
+    """What a law is added to, what stays, and the fit with it: without the effect of its own stage, where it serves as
+    well alone from there, and that effect does not explain nearly all."""
+    same = [c for c in kept if _is_form(law, (c,))]
+    if len(same) != 1 or _explains_nearly_all(found):
+        return start, kept, better
+    alone = shrink(better, same[0].effect)
+    return (
+        (*_less(found, same[0]), alone) if excess(alone, found) < HALF * excess(start, found) else (start, kept, better)
+    )
+
+
+def _is_form(law: Law, kept: Sequence[Chosen]) -> bool:
+    """Whether a law acts where one of these effects does: then it bends that one's form, and is no further physics."""
+    stage = EFFECTS[law.basis.effect].stage
+    return any(c.definition.stage == stage and not c.definition.circumstance for c in kept)
 
 
 def promising(fitted: Fit, progress: Callable[[], None] | None = None) -> list[Law]:

@@ -78,7 +78,8 @@ class Selection:
 
     ``other_conditions``: these are whole recordings, not stretches of those that were fitted. ``leapt``: the calibrated
     model with changes for good that have no name. ``first``: how the first effect was picked. ``kept_back``: the
-    unseen data. ``unnamed``: what the listed effects leave, where a law without a name explains it.
+    unseen data. ``unnamed``: what the listed effects leave, where a law without a name explains it. ``bent``: the final
+    model with a listed form as the recordings bend it, where they do.
     """
 
     calibrated: Fit
@@ -93,6 +94,12 @@ class Selection:
     leapt: Fit | None = None
     kept_back: tuple[Fold, ...] = ()
     unnamed: Unexplained | None = None
+    bent: Fit | None = None
+
+    @property
+    def best(self) -> Fit:
+        """The fit that is handed on."""
+        return self.bent or self.final
 
     @property
     def told(self) -> 'Selection':

@@ -1,0 +1,56 @@
+"""The form of what was found, as far as the recordings bend it: handed on with the muscle, not named.
+
+No listed form is quite the muscle's own. Where the listed effects leave a misfit, and a law without a name in the stage
+of one of them takes most of it away, also on unseen data, that law is no further physics: it is what the listed form
+misses. The effects stay about as strong as they were found; their values and intervals are those without it.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.search.free_laws import HALF, excess, promising, refitted
+from tcp_muscle_ros.diagnosis.search.holdout import confirmation, held_out
+from tcp_muscle_ros.diagnosis.search.rivals import penalised
+from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.muscle import EFFECTS
+
+_TRIED = 2
+_REAL = 0.25  # of the noise's variance: what a channel is missed by at least beyond it
+
+
+def with_bent_form(found: Selection, progress: Callable[[], None] | None = None) -> Selection:
+    """The selection with the fit in which a law without a name bends a listed form, where one does; else as it is."""
+    definitions = [c.definition for c in found.chosen]
+    stages = {d.stage for d in definitions if d.stage != 'sensor' and not d.circumstance}
+    if not stages or found.leapt is not None or any(d.free is not None for d in definitions):
+        return found
+    if not _missed(found) or not found.final.problem.work.left:
+        return found
+    left, least = excess(found.final, found), found.final.problem.policy.least_drop
+    start, best, score = _held(found.final), None, penalised(found.final) - 2.0 * least
+    laws = [law for law in promising(found.final, progress) if EFFECTS[law.basis.effect].stage in stages]
+    for law in laws[:_TRIED]:
+        better = refitted(start, law)
+        if penalised(better) < score and excess(better, found) < HALF * left and confirmation(start, better)[0].holds:
+            best, score = better, penalised(better)
+    return found if best is None else replace(found, bent=best, after=held_out(best, found.kept_back))
+
+
+def _missed(found: Selection) -> bool:
+    """Whether the model misses a channel by more than its noise, though it may be by less than the noise is."""
+    missed = found.final.mean_square
+    return any(missed[name] > (1.0 + _REAL) * s.noise.sigma**2 for name, s in found.structure_after.items())
+
+
+def _held(fitted: Fit) -> Fit:
+    """The fit with its effects about as strong as they were found: as well known as their forms are."""
+    problem, held, z = fitted.problem, [], []
+    for u, at in zip(problem.unknowns, fitted.z, strict=True):
+        value = u.from_fit(float(at))
+        firm = replace(u, start=value, spread=problem.policy.form * u.spread) if '.' in u.name else u
+        held.append(firm)
+        z.append(firm.to_fit(value))
+    return fit(replace(problem, unknowns=tuple(held)), np.array(z), rounds=0)
