@@ -92,10 +92,13 @@ class Protocol:
 
 
 def protocols(experiments: Sequence[Experiment]) -> list[Protocol]:
-    """The protocols of which there are several runs, whatever the runs are called."""
+    """The protocols of which there are several runs, whatever the runs are called.
+
+    What hung before the drive came on was the same too: a muscle may remember it.
+    """
     of = list(range(len(experiments)))  # the first recording of the same protocol
     for k, other, _ in done_twice(experiments):
-        if k != other:
+        if k != other and _began_alike(experiments[k].imposed, experiments[other].imposed):
             of = [min(of[k], of[other]) if one in (of[k], of[other]) else one for one in of]
     found = []
     for first in sorted(set(of)):
@@ -103,6 +106,19 @@ def protocols(experiments: Sequence[Experiment]) -> list[Protocol]:
         if len(runs) > 1:
             found.append(Protocol(runs, tuple(_comes_on(experiments[k].imposed) for k in runs)))
     return found
+
+
+def _began_alike(one: Imposed, other: Imposed) -> bool:
+    """Whether the same hung before the drive came on, counted back from there; what only one of them has of it must
+    have hung unchanged."""
+    loads = []
+    for imposed, beside in ((one, other), (other, one)):
+        _, drive, load = _inputs(imposed, beside)
+        loads.append(load[: int(_rises(drive)[0]) + 1][::-1])
+    common = min(load.size for load in loads)
+    rest = [load[common - 1 :] for load in loads]
+    same = np.abs(loads[0][:common] - loads[1][:common]) < 0.02
+    return bool(np.mean(same) > 0.97) and all(np.ptp(load) < 0.02 for load in rest)
 
 
 def _comes_on(imposed: Imposed) -> float:
