@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
+from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
+from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
+from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.search.bending import with_bent_form
 from tcp_muscle_ros.diagnosis.search.free_laws import promising, with_free_law
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.muscle.free_basis import basis
@@ -54,3 +58,46 @@ def test_a_null_and_a_listed_effect_have_no_law():
 def test_what_is_promising_is_the_law_that_is_there(bumpy):
     first = promising(selected(bumpy, []).final)[0]
     assert (first.basis.effect, first.basis.driver) == ('free_conductance', 'temperature')
+
+
+@pytest.fixture(scope='module')
+def bent():
+    """Natural convection of a form that is not the listed one: it stalls around 70 degC."""
+    at = np.linspace(290.0, 365.0, 4)
+    listed = TRUE.with_effects('natural_convection').replace({'natural_convection.n': 0.3})
+    return basis('free_conductance', 290.0, 365.0, 'temperature', 4).on(listed, [0.0, 0.05, 0.0, -0.1])
+
+
+def test_a_law_where_the_listed_effect_acts_bends_its_form_and_is_handed_on_not_named(bent):
+    plain = selected(bent, ['natural_convection', *LISTED])
+    named = with_free_law(plain)
+    assert [c.effect for c in named.chosen] == ['natural_convection']
+    found = with_bent_form(named)
+    assert found.chosen == named.chosen
+    assert found.final is named.final
+    handed = improved_muscle(found)
+    assert handed.effects == ('natural_convection', 'free_conductance')
+    assert on_bent_form(found)[0].startswith('the listed form of natural convection is not quite that of this muscle')
+    unseen = experiment(CHANNELS, 0.25, 0.45, 7, muscle=bent)
+    misses = [
+        float(np.sqrt(np.mean((unseen.observed['temperature'].value - unseen.predict(m)['temperature']) ** 2)))
+        for m in (improved_muscle(named), handed)
+    ]
+    assert misses[1] < 0.8 * misses[0]
+
+
+def test_a_listed_form_that_fits_is_not_bent():
+    listed = selected(TRUE.with_effects('natural_convection').replace({'natural_convection.n': 0.2}),
+                      ['natural_convection'])  # fmt: skip
+    assert with_bent_form(listed) is listed
+
+
+def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes():
+    two = TRUE.with_effects('natural_convection', 'friction').replace({'natural_convection.n': 0.3})
+    found = selected(two, ['natural_convection', *LISTED])
+    assert len(found.chosen) == 2
+    weaker = found.chosen[1].effect
+    assert named_only_if_likely(found, lambda _, chosen: 0.6) is found
+    left = named_only_if_likely(found, lambda _, chosen: 0.2)
+    assert left.chosen == found.chosen[:1]
+    assert weaker not in left.final.muscle.effects

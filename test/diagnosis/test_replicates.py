@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tcp_muscle_ros.diagnosis.noise.replicates import copies, done_twice, pure_error
+from tcp_muscle_ros.diagnosis.noise.replicates import copies, done_twice, protocols, pure_error
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
@@ -40,3 +40,12 @@ def test_another_load_or_current_is_another_recording(other):
     assert copies(made.imposed, other.imposed) is None
     left = [{'displacement': missed(5.0, 1)}, {'displacement': missed(5.0, 2)}]
     assert pure_error([made, other], left, 'displacement', done_twice([made, other])) is None
+
+
+def test_runs_before_which_another_load_hung_are_not_of_one_protocol():
+    made = [recording(50.0), recording(50.0), recording(80.0)]
+    assert [one.recordings for one in protocols(made)] == [(0, 1, 2)]
+    for before in (slice(50, 150), slice(200, 300)):  # within what both have of it, and where one goes back further
+        made[2].imposed.load[before] = 1.2
+        assert [one.recordings for one in protocols(made)] == [(0, 1)]
+        made[2].imposed.load[before] = 0.6
