@@ -63,7 +63,6 @@ def test_what_is_promising_is_the_law_that_is_there(bumpy):
 @pytest.fixture(scope='module')
 def bent():
     """Natural convection of a form that is not the listed one: it stalls around 70 degC."""
-    at = np.linspace(290.0, 365.0, 4)
     listed = TRUE.with_effects('natural_convection').replace({'natural_convection.n': 0.3})
     return basis('free_conductance', 290.0, 365.0, 'temperature', 4).on(listed, [0.0, 0.05, 0.0, -0.1])
 
