@@ -17,6 +17,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, calibrate,
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
 from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import GAIN
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability, between_runs
@@ -75,6 +76,7 @@ class _Work:
         separate: tuple[str, ...],
     ) -> None:
         self.experiments, self.nominal, self.progress, self.separate = experiments, nominal, progress, separate
+        self.latents: tuple[Latent, ...] = ()  # what the calibration begins from: when the drive of each switched
         self.calibration: Calibration | None = None
         self.selection: Selection | None = None
         self.seconds: dict[str, float] = {}
@@ -95,7 +97,7 @@ class _Work:
         self.selection = self._selected(self.calibration, testable)
         if not settled and self._switched(self.selection.final):  # beside effects that hid it
             self.selection = self._selected(self.calibration, testable)
-        repeated = between_runs(self.experiments)
+        repeated = between_runs(self.selection.final.problem.followed)
         apart = differing(self.selection.final, repeated)
         if any(c.definition.circumstance for c in self.selection.chosen):
             repeated, apart = {}, []  # it says itself why runs of one protocol differ
@@ -108,7 +110,9 @@ class _Work:
         return conclude(self.selection, self.nominal, untried, self.seconds, runs)
 
     def _calibrated(self) -> Calibration:
-        return calibrate(self.experiments, self.nominal, separate=self.separate, progress=self.progress)
+        return calibrate(
+            self.experiments, self.nominal, latents=self.latents, separate=self.separate, progress=self.progress
+        )
 
     def _selected(
         self, calibration: Calibration, testable: Sequence[str], repeated: Mapping[str, Repeatability] | None = None
@@ -131,8 +135,8 @@ class _Work:
     def _switched(self, fitted: Fit) -> bool:
         """Where a fit shows that the drive switched between two samples of its record: calibrate once more."""
         found = False
-        while (moved := switching.settled(self.experiments, fitted)) is not None:
-            self.experiments = moved
+        while (moved := switching.settled(fitted)) is not None:
+            self.latents = moved
             self.calibration = self._calibrated()
             fitted, found = self.calibration.fit, True
         return found
@@ -149,7 +153,7 @@ class _Work:
         return Diagnosis(
             headline=f'No verdict: {why}.',
             verdict=verdict,
-            recordings=summaries(self.experiments),
+            recordings=summaries(fitted.problem.followed if fitted else self.experiments),
             noise={name: n.sigma for name, n in quick_noise(self.experiments).items()},
             calibration=calibrated_values(fitted, self.nominal) if fitted else {},
             sensors={},

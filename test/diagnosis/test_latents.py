@@ -12,7 +12,8 @@ import tcp_muscle_ros.diagnosis
 from tcp_muscle_ros.diagnosis import diagnose as engine
 from tcp_muscle_ros.diagnosis.fitting import forms, room, slips, weighing
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
-from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught, Latent, Slip
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught, Latent, Slip, Switched
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
 from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Imposed
@@ -27,8 +28,8 @@ DATA = {
     Observed: {'time', 'value', 'count', 'swinging', 'spacing', 'stretch', 'within'},
 }
 ROOMS = Path(tcp_muscle_ros.diagnosis.__path__[0])
-# What makes other experiments of a problem: a part of the data, a planned recording, and the instants of switches.
-MAKES_OTHERS = {'hypothesis/problem.py', 'answer/next_experiment.py', 'fitting/switching.py'}
+# What makes other experiments of a problem: a part of the data, and a planned recording.
+MAKES_OTHERS = {'hypothesis/problem.py', 'answer/next_experiment.py'}
 
 
 def sealed(recording):
@@ -112,6 +113,23 @@ def test_a_part_of_the_data_has_that_part_of_what_is_inferred(fitted):
         np.testing.assert_array_equal(part.weight('displacement', 1), expected)
         assert part.weight('temperature', 1).max() == 1.0
     assert holdout.testing(problem, fold).latents[0].allowances == {}
+
+
+def test_what_is_followed_is_what_was_imposed_and_what_was_read_stays(fitted):
+    read = fitted.problem.experiments[1]
+    imposed = replace(read.imposed, drive=np.roll(read.imposed.drive, 5))
+    problem = fitted.problem.with_latent(Latent(switched=Switched(imposed, ('it switched later',))), 1)
+    assert problem.experiments[1] is read
+    assert problem.followed[0] is problem.experiments[0]
+    assert problem.followed[1].imposed is imposed
+    assert problem.followed[1].notes == (*read.notes, 'it switched later')
+    room = np.full(TIME.size, fitted.values[AMBIENT, 1])
+    later = replace(read, imposed=imposed).predict(fitted.muscle, fitted.values[START, 1], room)
+    shown = problem.predict(fitted.values, 1)
+    assert np.max(np.abs(shown['temperature'] - fitted.predictions[1]['temperature'])) > 1.0
+    np.testing.assert_allclose(shown['temperature'], later['temperature'], atol=0.01)  # K: coarser steps
+    part = problem.only([dict.fromkeys(CHANNELS, TIME < 50.0)] * 2)
+    assert part.followed[1].imposed is imposed
 
 
 def test_latents_belong_to_the_experiments_one_each(fitted):

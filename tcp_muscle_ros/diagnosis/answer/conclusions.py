@@ -45,7 +45,7 @@ LEAST_CHANCE = 0.5  # of deciding, from which an experiment is proposed
 
 
 def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]:
-    """Each recording as it was read."""
+    """Each recording, and what was assumed of it."""
     found = []
     for e in experiments:
         count = max(float(o.count.sum()) for o in e.observed.values())
@@ -221,7 +221,7 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
     calibrated, final = selection.calibrated, selection.best
     nominals = nominal_predictions(final, nominal)
     rows = []
-    for k, experiment in enumerate(final.problem.experiments):
+    for k, experiment in enumerate(final.problem.followed):
         outputs = final.outputs[k]
         first, last = calibrated.left[k], final.left[k]
         row = []
@@ -272,7 +272,7 @@ def conclude(
     ranking = tuple(
         Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
     )
-    experiments = selection.final.problem.experiments
+    experiments = selection.final.problem.followed
     improved, ages = improved_muscle(selection), ages_of(selection.final.problem)
     return Diagnosis(
         headline=headline(verdict, findings, location, errors, remains, said_of_runs(runs)),
@@ -307,7 +307,7 @@ def conclude(
 def _notes(selection: Selection, remains: Unexplained | None) -> tuple[str, ...]:
     """What is to be known beside the findings."""
     return (
-        *notes(selection.final.problem.experiments),
+        *notes(selection.final.problem.followed),
         *on_bent_form(selection),
         *on_slips(selection),
         *on_rests(selection.final),

@@ -10,6 +10,7 @@ from tcp_muscle_ros.diagnosis.answer.improvement import own_improvement
 from tcp_muscle_ros.diagnosis.answer.sentences import quantity
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import CAPACITY, GAIN
 from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability
@@ -42,7 +43,7 @@ def run_to_run(
         return RunToRun(sizes)
     channel = max(apart, key=lambda name: repeated[name].own_gain)
     found = repeated[channel]
-    several = [protocol.recordings for protocol in protocols(selection.final.problem.experiments)]
+    several = [protocol.recordings for protocol in protocols(selection.final.problem.followed)]
     error = _error(selection.final, channel, several)
     runs = _runs(selection.final, nominal, channel, several)
     return RunToRun(sizes, channel, found.own_gain, found.plain, error, own, runs)
@@ -63,7 +64,8 @@ def _share(fitted: Fit, k: int, channel: str) -> float:
 def _runs(fitted: Fit, nominal: Parameters, channel: str, several: Sequence[Sequence[int]]) -> tuple[Run, ...]:
     """Gain and time constant of each run, fitted to all of them with these two for each."""
     experiments = fitted.problem.experiments
-    each = calibrate(experiments, nominal, separate=(GAIN, CAPACITY))
+    switched = [Latent(switched=latent.switched) for latent in fitted.problem.latents]
+    each = calibrate(experiments, nominal, latents=switched, separate=(GAIN, CAPACITY))
     gains = {e.recording: e.value for e in each.estimates if e.name == GAIN}
     slow = {e.recording: e.value for e in each.combinations if e.name == f'{CAPACITY}/hA'}
     usual = float(np.exp(np.mean(np.log(list(gains.values())))))

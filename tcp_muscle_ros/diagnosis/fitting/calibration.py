@@ -11,6 +11,7 @@ from itertools import zip_longest
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, FACTOR, START, Unknown, base_unknowns
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, estimate, quick_noise
@@ -73,6 +74,7 @@ def calibrate(
     experiments: Sequence[Experiment],
     nominal: Parameters,
     *,
+    latents: Sequence[Latent] = (),
     separate: Sequence[str] = (),
     rounds: int = 3,
     progress: Callable[[], None] | None = None,
@@ -82,13 +84,14 @@ def calibrate(
     Args:
         experiments: prepared recordings.
         nominal: where to start; effects that are on stay on with their parameters as given.
+        latents: what is already inferred of each of them; default nothing.
         separate: parameters that each recording has for itself (such as ``B`` where every run is another specimen).
         rounds: how often noise and parameters are estimated in turn.
         progress: called at every evaluation of the model.
     """
-    experiments = tuple(experiments)
-    unknowns = tuple(base_unknowns(experiments, nominal, dict.fromkeys(separate, True)))
-    problem = Problem(experiments, nominal, unknowns, quick_noise(experiments))
+    bare = Problem(tuple(experiments), nominal, (), quick_noise(experiments), tuple(latents))
+    unknowns = base_unknowns(bare.followed, nominal, dict.fromkeys(separate, True))
+    problem = replace(bare, unknowns=tuple(unknowns))
     z = coarse_start(problem)
     fitted = fit(problem, z, rounds=40, progress=progress)
     for _ in range(rounds - 1):

@@ -34,7 +34,7 @@ def with_course(fitted: Fit) -> Fit:
     if all(latent.draught is not None for latent in fitted.problem.latents):
         return fitted
     gust = tuple(float(z) for z, u in zip(fitted.z, fitted.problem.unknowns, strict=True) if _is_gust(u.name))
-    still = [_still(e, _APART * thermal_lag(fitted), gust) for e in fitted.problem.experiments]
+    still = [_still(e, _APART * thermal_lag(fitted), gust) for e in fitted.problem.followed]
     fitted = _blown(fitted, still)
     for _ in range(_ROUNDS):
         shown = [responses(fitted, k, course.knots) for k, course in enumerate(still)]
@@ -71,14 +71,14 @@ def _still(experiment: Experiment, apart: float, gust: tuple[float, ...]) -> Dra
 
 def _excess(fitted: Fit, k: int) -> Array:
     """The fibre's temperature over the room's (K), without any draught's share."""
-    outputs, experiment = fitted.outputs[k], fitted.problem.experiments[k]
+    outputs, experiment = fitted.outputs[k], fitted.problem.followed[k]
     ambient = fitted.values.get((AMBIENT, k))
     return np.asarray(outputs.fibre_temperature - (experiment.imposed.ambient if ambient is None else ambient))
 
 
 def _step(fitted: Fit, k: int, warmer: Shown) -> Draught:
     """The most likely course, in linear approximation."""
-    experiment, draught = fitted.problem.experiments[k], fitted.problem.latents[k].draught
+    experiment, draught = fitted.problem.followed[k], fitted.problem.latents[k].draught
     assert draught is not None
     time, knots = experiment.imposed.time, draught.knots
     excess = np.maximum(np.interp(knots, time, _excess(fitted, k)), _COLD)

@@ -57,9 +57,7 @@ def _bent(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
     is, and all that is smooth in the state and of its size."""
     knots = np.unique(np.quantile(np.concatenate([o.fibre_temperature for o in fitted.outputs]), _SHARES))
     found: list[Shown] = []
-    for own, experiment, outputs in zip(
-        _signature(fitted, plain, effect), plain.experiments, fitted.outputs, strict=True
-    ):
+    for own, experiment, outputs in zip(_signature(fitted, plain, effect), plain.followed, fitted.outputs, strict=True):
         ways: Shown = {}
         for name, observed in experiment.observed.items():
             signature = own[name] - np.mean(own[name]) if name in FLOATING_ZERO else own[name]

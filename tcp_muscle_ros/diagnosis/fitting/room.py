@@ -34,7 +34,7 @@ def responses(fitted: Fit, k: int, knots: Array) -> Shown:
 
     Knots so far apart that nothing is left of one when the next begins are told from each other in one run.
     """
-    problem, experiment = fitted.problem, fitted.problem.experiments[k]
+    problem, experiment = fitted.problem, fitted.problem.followed[k]
     base, values = fitted.predictions[k], fitted.values
     latent = problem.latents[k]
     draught = latent.draught or Draught(knots, np.zeros(experiment.imposed.time.size))
@@ -66,7 +66,7 @@ def as_well_as_read(fitted: Fit) -> Fit:
     A stroke of a millimetre a kelvin shows a hundredth of a kelvin, and physics would be found to explain it.
     """
     problem, latents = fitted.problem, []
-    for k, (experiment, latent) in enumerate(zip(problem.experiments, problem.latents, strict=True)):
+    for k, (experiment, latent) in enumerate(zip(problem.followed, problem.latents, strict=True)):
         ways = {
             name: [_INSTANT * np.gradient(fitted.predictions[k][name], o.time)[:, None]]
             for name, o in experiment.observed.items()

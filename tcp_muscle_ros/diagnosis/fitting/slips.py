@@ -111,7 +111,7 @@ def _found(
     """The sudden steps in what a fit leaves of these channels, clear of the inputs' own, by recording."""
     problem, swings = fitted.problem, SWINGS in fitted.problem.parameters.effects
     found = []
-    for experiment, latent, mine in zip(problem.experiments, problem.latents, fitted.left, strict=True):
+    for experiment, latent, mine in zip(problem.followed, problem.latents, fitted.left, strict=True):
         left = {name: mine[name] for name in mine if name in channels}
         found.append(_steps(experiment, latent.slips, left, clear, apart, reaches, swings))
     return found
@@ -203,7 +203,7 @@ def _seen_again(fitted: Fit) -> Fit:
     """The fit with the sizes of its slips as they are seen beside each other."""
     seen = []
     problem, swings = fitted.problem, SWINGS in fitted.problem.parameters.effects
-    for experiment, latent, left in zip(problem.experiments, problem.latents, fitted.left, strict=True):
+    for experiment, latent, left in zip(problem.followed, problem.latents, fitted.left, strict=True):
         mine = []
         for slip in latent.slips:
             look = _Look(experiment, slip.channel, _APART_BESIDE, swings)

@@ -15,8 +15,8 @@ from scipy.optimize import lsq_linear
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.fitting.weighing import structures, with_noise
-from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
-from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent, Switched
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.observation.imposed import Imposed
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -31,16 +31,17 @@ _ODD = 8.0  # times what others scatter by: whatever physics does at a switch, i
 _Judge = Callable[[Fit, Array, Array], Array | None]
 
 
-def settled(experiments: Sequence[Experiment], fitted: Fit) -> tuple[Experiment, ...] | None:
-    """The experiments with the drive switched when all channels see it, or None where that is not what is left of them.
+def settled(fitted: Fit) -> tuple[Latent, ...] | None:
+    """What is inferred of each recording: its drive switched when all channels see it; None where that is not what a
+    fit leaves of them.
 
-    ``fitted``: the fit that leaves it. The switches of a recording are found from all of it; first those beside which
-    samples were lost.
+    The switches of a recording are found from all of it; first those beside which samples were lost.
     """
+    followed = fitted.problem.followed
     wanted: list[tuple[str, int, list[Array], _Judge]] = [
         (name, fewest, spans, judge)
         for name, fewest, judge in (('lost', 1, _plain), ('switches', _FEWEST, _all_or_odd))
-        for spans in [[getattr(e.imposed, name) for e in experiments]]
+        for spans in [[getattr(e.imposed, name) for e in followed]]
         if fewest <= sum(map(len, spans)) <= _MOST
     ]
     if not wanted:
@@ -56,7 +57,7 @@ def settled(experiments: Sequence[Experiment], fitted: Fit) -> tuple[Experiment,
             shares = np.zeros(seen.size)
             shares[seen] = found
             parts = np.split(shares, np.cumsum([len(mine) for mine in spans])[:-1])
-            return tuple(_moved(e, name, mine) for e, mine in zip(experiments, parts, strict=True))
+            return tuple(Latent(switched=_moved(fitted.problem, k, name, mine)) for k, mine in enumerate(parts))
     return None
 
 
@@ -111,20 +112,16 @@ def _all_or_odd(fitted: Fit, columns: Array, target: Array) -> Array | None:
 
 def _columns(fitted: Fit, recording: int, switches: Array) -> Array:
     """The same of one recording's residuals, all that they show."""
-    problem, experiment = fitted.problem, fitted.problem.experiments[recording]
+    problem, before = fitted.problem, fitted.problem.followed[recording].imposed
     shown = fitted.predictions[recording]
     changes: list[Shown] = []
     for switch in switches:
-        imposed, latent = _earlier(experiment.imposed, switch, 1.0), problem.latents[recording]
+        imposed = _earlier(before, switch, 1.0)
+        latent = replace(problem.latents[recording], switched=Switched(imposed))
         if latent.draught is not None:
-            warmer = np.interp(imposed.time, experiment.imposed.time, latent.draught.warmer)
+            warmer = np.interp(imposed.time, before.time, latent.draught.warmer)
             latent = replace(latent, draught=replace(latent.draught, warmer=warmer))
-        moved = replace(
-            problem,
-            experiments=(*problem.experiments[:recording], replace(experiment, imposed=imposed)),
-            latents=(*problem.latents[:recording], latent),
-        )
-        predicted = moved.predict(fitted.values, recording)
+        predicted = problem.with_latent(latent, recording).predict(fitted.values, recording)
         changes.append({name: predicted[name] - mine for name, mine in shown.items()})
     if not changes:
         return np.zeros((fitted.residuals[recording].size, 0))
@@ -149,15 +146,16 @@ def _earlier(imposed: Imposed, switch: Array, share: float) -> Imposed:
     return replace(imposed, drive=np.where(early, next_level, imposed.drive))
 
 
-def _moved(experiment: Experiment, name: str, shares: Array) -> Experiment:
-    """The experiment with its switches of this name moved, and a note of it."""
-    imposed = experiment.imposed
+def _moved(problem: Problem, recording: int, name: str, shares: Array) -> Switched:
+    """What was imposed on one recording with its switches of this name moved, and a note of it."""
+    imposed = problem.followed[recording].imposed
+    before = problem.latents[recording].switched or Switched(imposed)
     switches: Array = getattr(imposed, name)
     if not len(switches):
-        return experiment
+        return before
     moved = shares > 0.0
     if not moved.any():
-        return replace(experiment, imposed=_settled(imposed, name))
+        return replace(before, imposed=_settled(imposed, name))
     for switch, share in zip(switches[moved], shares[moved], strict=True):
         imposed = _earlier(imposed, switch, float(share))
     mean = 1e3 * float(np.mean(shares[moved] * np.diff(switches[moved])[:, 0]))
@@ -166,7 +164,7 @@ def _moved(experiment: Experiment, name: str, shares: Array) -> Experiment:
         f'the {imposed.kind} switched {where}, {mean:.0f} ms before it was shown on average: '
         f'when, was found from all channels ({np.count_nonzero(moved)} of {len(switches)} switches)'
     )
-    return replace(experiment, imposed=_settled(imposed, name), notes=(*experiment.notes, note))
+    return Switched(_settled(imposed, name), (*before.notes, note))
 
 
 def _settled(imposed: Imposed, name: str) -> Imposed:

@@ -17,13 +17,13 @@ def structures(fitted: Fit) -> dict[str, Structure]:
     """The generic model of what a fit leaves, by channel."""
     problem = fitted.problem
     outputs, left = fitted.outputs, fitted.weighed
-    floor, twice = _floor(problem), done_twice(problem.experiments)
+    floor, twice = _floor(problem), done_twice(problem.followed)
     most = problem.policy.single_readings
     found = {}
     for name in sorted({n for e in problem.experiments for n in e.observed}):
         owners = [k for k, e in enumerate(problem.experiments) if name in e.observed]
         times = [problem.experiments[k].observed[name].time for k in owners]
-        drive = [drivers(problem.experiments[k], outputs[k], t) for k, t in zip(owners, times, strict=True)]
+        drive = [drivers(problem.followed[k], outputs[k], t) for k, t in zip(owners, times, strict=True)]
         mine = [left[k][name] for k in owners]
         averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
         repeated = pure_error(problem.experiments, left, name, twice)

@@ -1,7 +1,8 @@
 """What a hypothesis says of one recording that was not recorded, no equation foretells, and no unknown of the fit is.
 
-A recording stays as it was read. How old the muscle was in it, how a draught went, when the end slipped, and by how
-much each channel may err is inferred, and held beside it: by the problem that is fitted, not by the data.
+A recording stays as it was read. How old the muscle was in it, when its drive switched, how a draught went, when the
+end slipped, and by how much each channel may err is inferred, and held beside it: by the problem that is fitted, not by
+the data.
 """
 
 from collections.abc import Mapping
@@ -10,6 +11,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.noise.discrepancy import NO_ALLOWANCE, Allowance
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
@@ -17,8 +20,8 @@ from tcp_muscle_ros.muscle.arrays import Array, Mask
 @dataclass(frozen=True)
 class Draught:
     """The course of a draught, known at the ``knots`` (s): ``warmer``, the change of the room (K) that takes as much
-    heat, shape as ``Imposed.time``; ``gust``: how it was described before; ``unsure``: by channel, how what stays
-    unknown of it shows (SI), one column each."""
+    heat, at each instant that is followed; ``gust``: how it was described before; ``unsure``: by channel, how what
+    stays unknown of it shows (SI), one column each."""
 
     knots: Array
     warmer: Array
@@ -49,11 +52,20 @@ class Slip:
 
 
 @dataclass(frozen=True)
+class Switched:
+    """What was ``imposed``, where the drive switched at other instants than its record shows; ``notes`` say so."""
+
+    imposed: Imposed
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Latent:
     """What is inferred of one recording.
 
     ``cycles`` and ``used`` (s): those of the recordings before it; ``draught``: the course of one, if any; ``slips``:
-    those of the end; ``allowances``: by channel, in which ways it may err, where there are any.
+    those of the end; ``allowances``: by channel, in which ways it may err, where there are any; ``switched``: what was
+    imposed, where that is not what was read.
     """
 
     cycles: float = 0.0
@@ -61,6 +73,14 @@ class Latent:
     draught: Draught | None = None
     slips: tuple[Slip, ...] = ()
     allowances: Mapping[str, Allowance] = field(default_factory=dict)
+    switched: Switched | None = None
+
+    def followed(self, experiment: Experiment) -> Experiment:
+        """A recording as the model follows it: the same, under what was imposed on it."""
+        if self.switched is None:
+            return experiment
+        notes = (*experiment.notes, *self.switched.notes)
+        return replace(experiment, imposed=self.switched.imposed, notes=notes)
 
     def allowance(self, channel: str) -> Allowance:
         """In which ways a channel may err."""

@@ -73,6 +73,11 @@ class Problem:
             latents=tuple(latent.only(mine) for latent, mine in zip(self.latents, keep, strict=True)),
         )
 
+    @cached_property
+    def followed(self) -> tuple[Experiment, ...]:
+        """The experiments as the model follows them: under what was imposed, which is not always what was read."""
+        return tuple(latent.followed(mine) for latent, mine in zip(self.latents, self.experiments, strict=True))
+
     @property
     def slips(self) -> tuple[Slip, ...]:
         """Those of all recordings."""
@@ -116,7 +121,7 @@ class Problem:
 
     def _run(self, values: Values, recording: int) -> tuple[Outputs, Late | None]:
         """The same, and the channel that is late."""
-        experiment = self.experiments[recording]
+        experiment = self.followed[recording]
         ambient, fitted = experiment.imposed.ambient, values.get((AMBIENT, recording))
         room = self.latents[recording].room(ambient if fitted is None else np.full(ambient.size, fitted))
         muscle, late = taken_out(self.muscle(values, recording))
@@ -126,7 +131,7 @@ class Problem:
     def predict(self, values: Values, recording: int) -> Shown:
         """What the model shows in one recording at the observed instants (SI)."""
         outputs, late = self._run(values, recording)
-        experiment = self.experiments[recording]
+        experiment = self.followed[recording]
         shown = self.latents[recording].slipped(experiment.shown(outputs, late), experiment.observed)
         return shown | {_MELTING: _beyond_melting(outputs)}
 

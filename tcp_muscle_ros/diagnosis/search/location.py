@@ -83,7 +83,7 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
     seen: list[Drivers] = []
     for k in owners:
         outputs = fitted.outputs[k]
-        seen.append(drivers(problem.experiments[k], outputs, problem.experiments[k].observed[channel].time))
+        seen.append(drivers(problem.followed[k], outputs, problem.experiments[k].observed[channel].time))
     misfit = np.concatenate(smooth)
     energy = misfit**2
     temperature = np.concatenate([d.temperature for d in seen])

@@ -155,7 +155,7 @@ def follows_the_drive(rival: Rival) -> bool:
     """
     values, begin = rival.fit.values, f'{rival.effect}.{rival.definition.moments[0]}'
     since = []
-    for k, experiment in enumerate(rival.fit.problem.experiments):
+    for k, experiment in enumerate(rival.fit.problem.followed):
         drive, time = experiment.imposed.drive, experiment.imposed.time
         switched = time[1:][np.abs(np.diff(drive)) > _SWITCH * max(float(np.ptp(drive)), 1e-12)]
         at = values.get((begin, k), values.get((begin, None), 0.0))
