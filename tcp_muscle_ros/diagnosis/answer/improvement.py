@@ -63,7 +63,7 @@ def noises(selection: Selection) -> dict[str, float]:
 def nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:
     """What the nominal muscle shows, each recording at rest at its stated ambient, zeros of the rig taken out."""
     found = []
-    for experiment in fitted.problem.experiments:
+    for experiment in fitted.problem.followed:
         predicted = experiment.predict(nominal)
         for name in FLOATING_ZERO:
             if name in predicted:
