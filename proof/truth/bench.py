@@ -83,22 +83,36 @@ def observe(
 ) -> Signals:
     """Run the experiment. Noise, stamps and losses are added later, when it is written down."""
     time = experiment.time
-    ambient = np.full_like(time, experiment.ambient)
+    ambient, wind, slip = around(bench, time, experiment.ambient, recording)
+    out, zero, dose = run(
+        bench.plant, time, experiment.drive, experiment.kind, experiment.load, ambient, wind, slip,
+        substeps(bench, float(np.median(np.diff(time))), step), experiment.blocked, dose, experiment.warm,
+    )  # fmt: skip
+    return shown(bench, experiment, recording, out, zero, ambient, dose)
+
+
+def around(bench: Bench, time: Array, ambient: float, recording: int) -> tuple[Array, Array, Array]:
+    """What the room does at each tick: temperature (degC), factor of hA, length that slips (m)."""
+    room, wind, slip = np.full_like(time, ambient), np.ones_like(time), np.zeros_like(time)
     for alter in bench.room:
-        ambient = alter(time, ambient, recording)
-    wind = np.ones_like(time)
+        room = alter(time, room, recording)
     for alter in bench.wind:
         wind = alter(time, wind, recording)
-    slip = np.zeros_like(time)
     for alter in bench.slip:
         slip = alter(time, slip, recording)
-    if bench.plant.mass > 0:
-        step /= 2
-    substeps = max(1, round(float(np.median(np.diff(time))) / step))
-    out, zero, dose = run(
-        bench.plant, time, experiment.drive, experiment.kind, experiment.load, ambient, wind, slip, substeps,
-        experiment.blocked, dose, experiment.warm,
-    )  # fmt: skip
+    return room, wind, slip
+
+
+def substeps(bench: Bench, period: float, step: float = 0.005) -> int:
+    """Into how many steps of about ``step`` s a tick is divided; a weight that swings needs more."""
+    return max(1, round(period / (step / 2 if bench.plant.mass > 0 else step)))
+
+
+def shown(
+    bench: Bench, experiment: Experiment, recording: int, out: Array, zero: float, ambient: Array, dose: float
+) -> Signals:
+    """What the instruments make of the columns that ``run`` returns."""
+    time = experiment.time
     T = out[:, SKIN] - experiment.ambient
     for alter in bench.thermometer:
         T = alter(time, T, recording)

@@ -40,15 +40,16 @@ def run(
     """
     s, m = begin(p, ambient[0], warm, load[0], dose)
     out = np.empty((len(time), 8))
-    _integrate(p, s, m, time, drive, kind, load, ambient, wind, slip, substeps, blocked, out)
+    integrate(p, s, m, False, time, drive, kind, load, ambient, wind, slip, substeps, blocked, out)
     return out, float(s.zero), float(s.dose)
 
 
 @njit(cache=True)
-def _integrate(
+def integrate(
     p: Plant,
     s: State,
     m: Arrays,
+    begun: bool,
     time: Array,
     drive: Array,
     kind: int,
@@ -60,13 +61,14 @@ def _integrate(
     blocked: bool,
     out: Array,
 ) -> None:
-    """Every tick into its row of ``out``.
+    """Every tick into its row of ``out``; with ``begun`` it goes on from the first, whose row is left as it is.
 
     Pass -1 settles the length; pass k goes from tick k to k + 1 and then writes the state of tick k + 1: a state is
     what was before the inputs of its own tick act.
     """
-    begin_length(p, s, m, ambient[0])
-    for k in range(-1, len(time) - 1):
+    if not begun:
+        begin_length(p, s, m, ambient[0])
+    for k in range(0 if begun else -1, len(time) - 1):
         settling, held = k < 0, max(k, 0)
         steps = 1 if settling else substeps
         s.now = time[held]

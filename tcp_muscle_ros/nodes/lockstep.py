@@ -120,7 +120,7 @@ class LeadingTime(ScaledTime):
         while not stop.is_set() and (late := [name for name, done in self._done.items() if done != tick]):
             if self._hear(_SLICE):
                 continue
-            self._forget_who_is_gone()
+            self.forget_who_is_gone()
             if time.monotonic() - begun > self._patience:
                 for name in late:
                     self._done.pop(name, None)
@@ -129,7 +129,8 @@ class LeadingTime(ScaledTime):
                     f'{self._patience:g} s and is no longer waited for'
                 )
 
-    def _forget_who_is_gone(self) -> None:
+    def forget_who_is_gone(self) -> None:
+        """Wait no more for peers that have ended."""
         if self._tick.publisher.get_subscription_count() < len(self._done):
             there = {name_of(one) for one in self._node.get_subscriptions_info_by_topic(TICK)}
             for name in self._done.keys() - there:
@@ -192,10 +193,11 @@ class FollowingTime(RosTime):
     def wait(self, until: int, stop: threading.Event) -> None:
         """Return when it is ``until``; see TimeBase."""
         while not stop.is_set():
-            if self._look_at_ticks(until) if self.led else self._look_at_clock(until):
+            if self.follow(until) if self.led else self._look_at_clock(until):
                 return
 
-    def _look_at_ticks(self, until: int) -> bool:
+    def follow(self, until: int) -> bool:
+        """One look at the ticks, of up to 0.1 s: whether it is ``until`` or was set back. A tick before is answered."""
         if self._tick and self._now >= until - _ROUNDING:
             self._now = max(self._now, until)
             return True

@@ -57,24 +57,25 @@ class Inputs:
         self.group = Polled()
         self._inputs: list[tuple[Subscription, type, Callable[[Any], None]]] = []
         self._silent: set[str] = set()  # what did not come with its tick, until it comes again
-        self._early: list[tuple[Callable[[Any], None], Any]] = []  # who takes what of the next tick
+        self._early: list[tuple[str, Callable[[Any], None], Any]] = []  # topic, who takes what of the next tick
 
     def add(self, subscription: Subscription, kind: type, take: Callable[[Any], None]) -> None:
         """A subscription of the group, and who takes its messages."""
         self._inputs.append((subscription, kind, take))
 
     def take(self, before: int | None = None) -> set[str]:
-        """Hand over what has come, or of it what was sent before (ns); the topics that spoke."""
-        spoke = set()
-        if before is None:
-            self._take_early()
+        """Hand over what has come, or of it what was sent before (ns); the topics that spoke.
+
+        A topic of which something later has come spoke as well: of what was sent before nothing more is under way.
+        """
+        spoke = self._take_early() if before is None else set[str]()
         for subscription, kind, take in self._inputs:
             while (got := subscription.handle.take_message(kind, False)) is not None:
-                if before is not None and got[1]['source_timestamp'] > before:
-                    self._early.append((take, got[0]))
-                    continue
-                take(got[0])
                 spoke.add(subscription.topic_name)
+                if before is not None and got[1]['source_timestamp'] > before:
+                    self._early.append((subscription.topic_name, take, got[0]))
+                else:
+                    take(got[0])
         self._silent -= spoke
         return spoke
 
@@ -83,13 +84,14 @@ class Inputs:
 
         Returns the topics that should have spoken with it and did not, each only once.
         """
-        self._take_early()
+        early = self._take_early()
         wanted = {one.topic_name for one, _, _ in self._inputs if awaited(one)}
-        lacking = take_all(lambda: self.take(sent), wanted - self._silent)
+        lacking = take_all(lambda: self.take(sent), wanted - self._silent - early)
         self._silent |= lacking
         return lacking
 
-    def _take_early(self) -> None:
+    def _take_early(self) -> set[str]:
         early, self._early = self._early, []
-        for take, message in early:
+        for _, take, message in early:
             take(message)
+        return {topic for topic, _, _ in early}

@@ -122,6 +122,7 @@ class Recorder:
         self._best_effort: set[str] = set()
         self._warned: set[str] = set()
         self._count = 0
+        self._flushed = self._looked = 0.0  # when; steady time, s
 
     def _subscribe(self, topic: str, reliability: ReliabilityPolicy) -> Any:
         qos = QoSProfile(depth=_QUEUE, reliability=reliability)
@@ -142,11 +143,10 @@ class Recorder:
     def run(self, duration: float | None, stop: Callable[[], bool]) -> None:
         """Take and write until `stop()`, or `duration` s after the first message."""
         self._say(f'waiting for messages on the topics of a muscle under {self._namespace}')
-        begun = flushed = said = time.monotonic()
-        looked = begun - _LOOK_S
+        begun = said = time.monotonic()
         first: float | None = None
         while not stop():
-            self.take()
+            self.turn()
             now = time.monotonic()
             if first is None and self._bag is not None:
                 first = now
@@ -155,13 +155,6 @@ class Recorder:
             if first is None and duration is not None and now - begun > max(duration, _PATIENCE_S):
                 lacking = 'on /clock' if self._before_clock else f'under {self._namespace}'
                 raise BadInput(f'no message {lacking} within {now - begun:.0f} s{self._elsewhere()}')
-            if self._bag is not None and now - flushed >= _FLUSH_S:
-                with self._writing():
-                    self._bag.flush()
-                flushed = now
-            if now - looked >= _LOOK_S:
-                self._look_at_publishers()
-                looked = now
             if now - said >= _SAY_S:
                 lacking = ' on /clock' if self._before_clock else f' under {self._namespace}{self._elsewhere()}'
                 waited = f'no message yet{lacking}'
@@ -170,8 +163,20 @@ class Recorder:
             time.sleep(_TURN_S)
         self.take()
 
-    def take(self) -> None:
-        """Write all messages that have come, in the order in which they came."""
+    def turn(self, at: int | None = None) -> None:
+        """``take``, and once in a while look after the disk and the graph."""
+        self.take(at)
+        now = time.monotonic()
+        if self._bag is not None and now - self._flushed >= _FLUSH_S:
+            with self._writing():
+                self._bag.flush()
+            self._flushed = now
+        if now - self._looked >= _LOOK_S:
+            self._look_at_publishers()
+            self._looked = now
+
+    def take(self, at: int | None = None) -> None:
+        """Write all messages that have come, in the order in which they came; ``at`` ns is their log time, if given."""
         arrived = [message for topic in self._subscriptions for message in self._taken(topic)]
         if self._clock is not None:
             with self._clock.handle:
@@ -182,7 +187,7 @@ class Recorder:
         with self._writing():
             for received_ns, topic, payload in arrived:
                 if self._clock is None:
-                    self._write(topic, payload, received_ns)
+                    self._write(topic, payload, received_ns if at is None else at)
                 elif not topic:
                     self._sim_time_ns = int.from_bytes(payload, 'little')
                     for earlier in self._before_clock:

@@ -1,7 +1,8 @@
 """The node behind ``tcp_muscle run``: plays parts of a protocol on the muscle that answers, and records them.
 
 It has no executor: commands are published at absolute times of the steady clock, and what came meanwhile is taken
-between two of them. Whatever happens, the last command is 0 A.
+between two of them. Where a simulation in lockstep publishes the measurements, its ticks are the time, and it waits for
+the commands of each. Whatever happens, the last command is 0 A.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +31,8 @@ from std_msgs.msg import Float64
 from tcp_muscle_ros.control.playing import Cold, Part, Supervisor, instants
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
-from tcp_muscle_ros.nodes.lockstep import TICK
+from tcp_muscle_ros.nodes.pace import LockstepTime, RealTime, leads
+from tcp_muscle_ros.nodes.polled import Inputs
 from tcp_muscle_ros.nodes.recorder import Recorder
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, publishers_of
@@ -41,7 +44,6 @@ _MEASURED = (*OUTPUTS, 'current')
 _HEARD_WITHIN = 10.0  # s, in which a muscle answers
 _DIAGNOSED_WITHIN = 2.5  # s: they come once a second
 _COLD_WITHIN = 900.0  # s, in which a muscle cools
-_TURN = 0.01  # s between two looks at what came
 _LOOK = 1.0  # s between two looks at who else commands
 _TAIL = 0.2  # s of zero at the end of a part
 _SWITCH = 1e-4  # s that the recorder's thread may keep a command that is due from going out
@@ -80,7 +82,9 @@ class Runner:
         self._hottest = hottest
         self._answers: dict[str, DiagnosticStatus] = {}
         self._cold: Cold | None = None
-        self._current: float | None = None
+        self._inputs = Inputs()
+        self._time: RealTime | LockstepTime = RealTime(self._inputs.take)
+        self._recording: _Recording | None = None
         self.asked = False  # to stop, by a signal
         self._prompting = False
 
@@ -99,11 +103,10 @@ class Runner:
             self._command = self._publisher(f'{self._kind}_command')
             self._load, self._late = self._publisher('load'), self._publisher(LATENESS)
             ending.callback(self._zero)
-            self._heard = [
-                (name, self._subscribe(CHANNELS[name].topic, Temperature if CHANNELS[name].stamped else Float64))
-                for name in _MEASURED
-            ]
-            self._diagnostics = self._subscribe('/diagnostics', DiagnosticArray)
+            for name in _MEASURED:
+                kind = Temperature if CHANNELS[name].stamped else Float64
+                self._listen(CHANNELS[name].topic, kind, partial(self._hear, name))
+            self._listen('/diagnostics', DiagnosticArray, self._diagnose_all)
             self._wait_for_muscle()
             self._ending = ending.pop_all()
         return self
@@ -123,14 +126,18 @@ class Runner:
     def _publisher(self, topic: str) -> NumberPublisher:
         return NumberPublisher(self._node.create_publisher(Float64, topic, COMMAND_QOS))
 
-    def _subscribe(self, topic: str, kind: type) -> Any:
-        return self._node.create_subscription(kind, topic, lambda _: None, _BEST_EFFORT)
+    def _listen(self, topic: str, kind: type, take: Callable[[Any], None]) -> None:
+        subscription = self._node.create_subscription(
+            kind, topic, take, _BEST_EFFORT, callback_group=self._inputs.group
+        )
+        self._inputs.add(subscription, kind, take)
 
     def _wait_for_muscle(self) -> None:
         self._say(f'waiting for a muscle under {self._namespace}')
         begun = time.monotonic()
         while not self._supervisor.heard or not self._command.publisher.get_subscription_count():
             self._pause()
+            self._join()
             if time.monotonic() - begun > _HEARD_WITHIN:
                 listens = self._command.publisher.get_subscription_count()
                 heard = 'a node takes commands, but publishes no measurement' if listens else 'no muscle answers'
@@ -142,17 +149,12 @@ class Runner:
         answered = time.monotonic()
         while not self._answers and time.monotonic() - answered < _DIAGNOSED_WITHIN:
             self._pause()
-        self._refuse_simulated_time()
 
-    def _refuse_simulated_time(self) -> None:
-        """A protocol is played in real time: in any other its seconds would be none of the muscle's."""
-        leaders = publishers_of(self._node, TICK)
-        for name in self._supervisor.heard if leaders else ():
-            for leader in leaders & publishers_of(self._node, self._resolved(CHANNELS[name].topic)):
-                raise BadInput(
-                    f'{leader} does not run in real time, in which a protocol is played; start it with '
-                    'real_time_factor 1, or use tcp_muscle simulate'
-                )
+    def _join(self) -> None:
+        """Where a simulation in lockstep is the muscle, its ticks are the time from now on."""
+        measured = (self._resolved(CHANNELS[name].topic) for name in _MEASURED)
+        if isinstance(self._time, RealTime) and leads(self._node, measured):
+            self._time, self._supervisor = LockstepTime(self._node, self._take_tick), Supervisor(self._hottest)
 
     def _refuse_another(self) -> None:
         other = self._another()
@@ -170,25 +172,28 @@ class Runner:
 
     # What is heard
 
-    def _take(self) -> None:
-        """Take what has come."""
-        now = time.monotonic()
-        for name, subscription in self._heard:
-            with subscription.handle:
-                while (taken := subscription.handle.take_message(subscription.msg_type, False)) is not None:
-                    self._hear(name, taken[0], now)
-        with self._diagnostics.handle:
-            while (taken := self._diagnostics.handle.take_message(DiagnosticArray, False)) is not None:
-                for status in taken[0].status:
-                    self._diagnose(status)
+    def _take_tick(self, sent: int) -> None:
+        """In lockstep: what belongs to a tick of the simulation, all of it."""
+        self._inputs.take_tick(sent)
+        self._record()
 
-    def _hear(self, name: str, message: Any, now: float) -> None:
+    def _record(self) -> None:
+        """In lockstep: what has come is recorded as of the present tick."""
+        if self._recording is not None and isinstance(self._time, LockstepTime):
+            self._recording.take(self._time.tick)
+
+    def _hear(self, name: str, message: Any) -> None:
+        now = self._time.now()
         self._supervisor.hear(name, now)
         if name == 'temperature':
             temperature = message.temperature + ZERO_CELSIUS
             self._supervisor.temperature(temperature)
             if self._cold is not None:
                 self._cold.measure(temperature, now)
+
+    def _diagnose_all(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self._diagnose(status)
 
     def _diagnose(self, status: DiagnosticStatus) -> None:
         above, _, name = status.name.rpartition('/')
@@ -213,12 +218,13 @@ class Runner:
             )
         return Answer()
 
-    def _pause(self, until: float | None = None) -> None:
-        """Take what comes until then (steady time; default: a turn), unless asked to stop."""
-        time.sleep(_TURN if until is None else max(0.0, min(_TURN, until - time.monotonic())))
-        self._take()
+    def _pause(self) -> None:
+        """Take what comes in a turn, unless asked to stop."""
+        self._time.turn()
         if self.asked:
             raise KeyboardInterrupt
+        if why := self._time.lost:
+            raise BadInput(why)
 
     # What is done
 
@@ -238,8 +244,8 @@ class Runner:
     def wait_until_cold(self, ambient: float, time_constant: float) -> None:
         """Without current until the muscle is cold; without a thermometer for five of its time constants (s)."""
         self._cold = cold = Cold(ambient)
-        begun, said = time.monotonic(), False
-        while not cold.reached(now := time.monotonic()):
+        begun, said = self._time.now(), False
+        while not cold.reached(now := self._time.now()):
             self._pause()
             if 'temperature' not in self._supervisor.heard and now - begun > 5.0 * time_constant:
                 break
@@ -255,10 +261,10 @@ class Runner:
         when, drives, loads = (values.tolist() for values in instants(part))
         lateness: list[float] = []
         self._refuse_another()
-        with self._recording(bag, known) as recorded:
+        with self._recorded(bag, known) as recorded:
             supervisor = self._supervisor
             supervisor.begin()
-            begun, looked = time.monotonic() + _TURN, 0.0
+            begun, looked = self._time.soon(), 0.0
             load_now: float | None = None
             try:
                 for due, drive, load in zip(when, drives, loads, strict=True):
@@ -267,10 +273,11 @@ class Runner:
                         self._load.send(load)
                         load_now = load
                     self._command.send(drive)
-                    late = time.monotonic() - begun - due
+                    late = self._time.now() - begun - due
                     lateness.append(late)
                     self._late.send(late)
-                    self._take()
+                    self._inputs.take()
+                    self._record()
                     if due - looked > _LOOK:
                         looked = due
                         if other := self._another():
@@ -287,31 +294,30 @@ class Runner:
         return Played('interrupted' if self.asked else supervisor.problem, tuple(lateness))
 
     def _over(self) -> bool:
-        return self.asked or bool(self._supervisor.look(time.monotonic()))
+        if why := self._time.lost:
+            self._supervisor.end(why)
+        return self.asked or bool(self._supervisor.look(self._time.now()))
 
     def _wait(self, due: float) -> None:
         """Until it is due; what comes meanwhile is looked at."""
-        while (remaining := due - time.monotonic()) > 2.0 * _TURN and not self._over():
-            time.sleep(_TURN)
-            self._take()
-        if 0.0 < remaining <= 2.0 * _TURN:
-            time.sleep(remaining)
+        while not self._time.reached(due) and not self._over():
+            pass
 
     def _tail(self) -> None:
         """What follows the last command is recorded too."""
-        end = time.monotonic() + _TAIL
-        while time.monotonic() < end:
-            time.sleep(_TURN)
-            self._take()
+        end = self._time.now() + _TAIL
+        while not self._time.reached(end) and not self._time.lost:
+            pass
 
     def _zero(self) -> None:
         self._command.send(0.0)
         self._command.publisher.wait_for_all_acked(Duration(seconds=0.5))
 
     @contextmanager
-    def _recording(self, bag: Path, known: Mapping[str, object]) -> Iterator[_Recording]:
+    def _recorded(self, bag: Path, known: Mapping[str, object]) -> Iterator[_Recording]:
         """Record to a new bag while in it, from when every measurement has reached it."""
-        recording = _Recording(bag, self._namespace, known)
+        in_thread = isinstance(self._time, RealTime)
+        self._recording = recording = _Recording(bag, self._namespace, known, in_thread)
         before = sys.getswitchinterval()
         try:
             wanted = {self._resolved(CHANNELS[name].topic) for name in self._supervisor.heard}
@@ -324,23 +330,32 @@ class Runner:
             yield recording
         finally:
             sys.setswitchinterval(before)
+            self._recording = None
             recording.end()
 
 
 class _Recording:
-    """A recorder in a thread of its own."""
+    """A recorder; ``in_thread``: in one of its own, else what has come is recorded when told to."""
 
-    def __init__(self, bag: Path, namespace: str, known: Mapping[str, object]) -> None:
+    def __init__(self, bag: Path, namespace: str, known: Mapping[str, object], in_thread: bool) -> None:
         self.failure: BaseException | None = None
         self._recorder = Recorder(bag, namespace, False, lambda _: None, known=known, more={LATENESS: Float64})
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name='recorder', daemon=True)
-        self._thread.start()
+        self._thread = threading.Thread(target=self._run, name='recorder', daemon=True) if in_thread else None
+        if self._thread is not None:
+            self._thread.start()
 
     def _run(self) -> None:
         try:
             self._recorder.run(None, self._stop.is_set)
         except BaseException as failure:
+            self.failure = failure
+
+    def take(self, at: int) -> None:
+        """Record what has come, as of ``at`` (ns)."""
+        try:
+            self._recorder.turn(at)
+        except BadInput as failure:
             self.failure = failure
 
     @property
@@ -351,7 +366,8 @@ class _Recording:
     def end(self) -> None:
         """Finish the bag. Raises what went wrong meanwhile."""
         self._stop.set()
-        self._thread.join()
+        if self._thread is not None:
+            self._thread.join()
         self._recorder.close()
         if self.failure is not None:
             raise self.failure

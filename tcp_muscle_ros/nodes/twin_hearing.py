@@ -11,7 +11,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
-from tcp_muscle_ros.nodes.polled import Polled, awaited, take_all
+from tcp_muscle_ros.nodes.polled import Inputs
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS, Topics
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS
 from tcp_muscle_ros.recording.units import UNITS
@@ -33,15 +33,15 @@ class Hearing:
 
     def __init__(self, node: Node, topics: Topics, period: float) -> None:
         self._period = period
-        self._early: dict[str, float] = {}  # what belongs to the next tick of a simulation in lockstep
-        self._silent: set[str] = set()  # what did not come with such a tick, until it comes again
-        group, self._subscriptions = Polled(), []
+        self._inputs, self._subscriptions = Inputs(), []
+        self._of_tick: dict[str, float] = {}
         for name in HEARD:
             kind = CHANNELS[name]
             message = Temperature if kind.stamped else Float64
             qos = COMMAND_QOS if name == 'load' else MEASUREMENT_QOS
-            made = topics.subscription(message, kind.topic, _unused, qos, group)
-            self._subscriptions.append((name, message, made, _reader(name)))
+            made, read = topics.subscription(message, kind.topic, _unused, qos, self._inputs.group), _reader(name)
+            self._subscriptions.append((name, message, made, read))
+            self._inputs.add(made, message, self._taker(name, read))
 
     @property
     def topics(self) -> frozenset[str]:
@@ -70,23 +70,17 @@ class Hearing:
 
     def tick(self, time: float, sent: int) -> Heard:
         """All of one tick of a simulation in lockstep, whose time (s) it is; it was sent then (ns)."""
-        heard = Heard(time, self._early)
-        self._early = {}
+        self._of_tick = {}
+        self._inputs.take_tick(sent)
+        return Heard(time, self._of_tick)
 
-        def take() -> set[str]:
-            spoke = set()
-            for name, message, subscription, read in self._subscriptions:
-                while (got := subscription.handle.take_message(message, False)) is not None:
-                    spoke.add(subscription.topic_name)
-                    value = read(got[0])
-                    if math.isfinite(value):
-                        (self._early if got[1]['source_timestamp'] > sent else heard.values)[name] = value
-            self._silent -= spoke
-            return spoke
+    def _taker(self, name: str, read: Callable[[Any], float]) -> Callable[[Any], None]:
+        def take(message: Any) -> None:
+            value = read(message)
+            if math.isfinite(value):
+                self._of_tick[name] = value
 
-        wanted = {one.topic_name for _, _, one, _ in self._subscriptions if awaited(one)}
-        self._silent |= take_all(take, wanted - self._silent)
-        return heard
+        return take
 
 
 def _reader(name: str) -> Callable[[Any], float]:

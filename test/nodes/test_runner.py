@@ -17,6 +17,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.tool import main
 
 pytestmark = pytest.mark.processes
 
@@ -176,18 +177,23 @@ def test_two_commanders_are_refused_and_both_nodes_say_so(bench, muscle, tmp_pat
     controller.end(signal.SIGINT)
 
 
-def test_a_muscle_that_is_not_in_real_time_is_refused_with_the_reason(bench, tmp_path):
-    sim = bench.start('sim_node', 'hurried', real_time_factor=0.0)
-    current = bench.listen('/hurried/current')
-    bench.until(lambda: current, 'sim_node publishes nothing', 120.0)
-    run = played(bench, tmp_path, namespace='hurried')
-    bench.programs.remove(run)  # it is to fail
-    bench.until(lambda: run.process.poll() is not None, 'it goes on')
-    assert run.process.returncode == 2
-    assert '/hurried/sim_node does not run in real time, in which a protocol is played' in run.said()
-    assert not (tmp_path / 'bag').exists()
-    sim.kill()
-    bench.forget(current)
+def test_in_lockstep_a_run_gives_the_bag_that_offline_gives(bench, tmp_path):
+    """What is commanded by a tick flows from the next: the bag is one tick longer at its beginning."""
+    sim = bench.start('sim_node', 'hurried', real_time_factor=0.0, lockstep_nodes=1)
+    ended(bench, played(bench, tmp_path, '--yes', duration=30.0, load=', load_n: 0.3', namespace='hurried'), 0)
+    assert main(['simulate', str(tmp_path / 'protocol.yaml'), '--output', str(tmp_path / 'offline')]) == 0
+    live = read_bag(tmp_path / 'bag', channels={'force': '/hurried/command_lateness'})
+    offline = read_bag(tmp_path / 'offline')
+    ticks = len(offline['current'].value) - 1
+    assert ticks == 3050 and np.abs(live['force'].value).max() < 1e-9
+    assert live['current'].value[1 : ticks + 1].tolist() == offline['current'].value[:ticks].tolist()
+    for name in ('temperature', 'resistance', 'displacement'):  # 1e-12: what the length of a tick is rounded to
+        np.testing.assert_allclose(live[name].value[1 : ticks + 1], offline[name].value[:ticks], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(np.diff(live['temperature'].time), 0.01, rtol=1e-6)
+    stopped = played(bench, tmp_path, '--yes', duration=1000.0, namespace='hurried', name='stopped')
+    bench.until((tmp_path / 'stopped').exists, 'nothing is recorded')
+    sim.process.send_signal(signal.SIGINT)
+    assert 'stopped, 0 A: the simulation stands still' in ended(bench, stopped, 2)
 
 
 def test_a_fault_of_the_driver_and_a_muscle_hotter_than_the_rig_allows_end_it(bench, tmp_path):

@@ -13,6 +13,7 @@ from proof.protocols import Lab, Step, build, draw_lab, experiment
 from proof.truth import EFFECTS, Bench, Body, Signals, conceal, observe
 from proof.truth.body import weight
 from proof.truth.plant import CURRENT, POWER, VOLTAGE
+from proof.truth.stepping import Stepping
 
 PROOF = Path(__file__).parents[2] / 'proof'
 CONCEALED = [*PHYSICS, *SENSORS]
@@ -205,3 +206,15 @@ def test_a_delayed_channel_is_late_by_its_delay():
     assert np.interp(10.5, done.time, seen.temperature) == pytest.approx(
         np.interp(10.0, done.time, plain.temperature), abs=1e-3
     )
+
+
+@pytest.mark.parametrize(('name', 'form'), [('airflow', 1), ('torsional_leakage', 0), ('friction', 2)])
+def test_a_tick_at_a_time_it_does_the_same(name, form):
+    bench = changed(name, 0.8, form)
+    done = steps(Step(3.0, 0.2, 0.6), Step(4.0, 0.1, 0.3), Step(3.0, 0.0, 0.6))
+    whole, stepping = observe(bench, done, 3, 100.0), Stepping(bench, done.time, done.ambient, 3, 100.0, done.load[0])
+    for drive, load in zip(done.drive, done.load, strict=True):
+        stepping.tick(drive, load)
+    assert stepping.dose == whole.dose
+    for channel in ('temperature', 'resistance', 'displacement', 'force', 'current'):
+        assert getattr(stepping.signals(), channel).tolist() == getattr(whole, channel).tolist(), channel
