@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values, conclude, likely, summaries
-from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_likely
+from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_explained, named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, NotTestable
-from tcp_muscle_ros.diagnosis.answer.repeating import beyond_what_differs, run_to_run
+from tcp_muscle_ros.diagnosis.answer.repeating import beyond_what_differs, left_unexplained, run_to_run
 from tcp_muscle_ros.diagnosis.fitting import switching
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
@@ -106,6 +106,8 @@ class _Work:
         self.seconds['select'] = time.monotonic() - start
         runs = run_to_run(self.selection, self.nominal, repeated, apart)
         self.selection = named_only_if_likely(self.selection, lambda found, chosen: likely(found, chosen, runs))
+        if left_unexplained(self.selection, runs) is not None:
+            self.selection = named_only_if_explained(self.selection)
         self.selection = with_bent_form(self.selection, self.progress)
         return conclude(self.selection, self.nominal, untried, self.seconds, runs)
 

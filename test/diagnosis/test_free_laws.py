@@ -1,13 +1,15 @@
 """A law without a name: found where no listed effect explains, with its curve; not where one does, nor in a null."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_likely
+from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_explained, named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
-from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form
+from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_leads
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search.bending import with_bent_form
 from tcp_muscle_ros.diagnosis.search.free_laws import promising, with_free_law
@@ -100,3 +102,15 @@ def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes
     left = named_only_if_likely(found, lambda _, chosen: 0.2)
     assert left.chosen == found.chosen[:1]
     assert weaker not in left.final.muscle.effects
+
+
+def test_the_best_of_the_listed_effects_has_no_name_where_it_leaves_more_than_it_explains():
+    listed = TRUE.with_effects('natural_convection').replace({'natural_convection.n': 0.3})
+    found = selected(listed, ['natural_convection'])
+    assert named_only_if_explained(found) is found
+    poor = replace(found, final=found.calibrated)  # as if it had hardly helped
+    left = named_only_if_explained(poor)
+    assert left.chosen == ()
+    assert left.final.muscle.effects == ()
+    assert on_leads(found) == ()
+    assert 'comes natural convection, but it leaves more of it than it explains' in on_leads(left)[0]

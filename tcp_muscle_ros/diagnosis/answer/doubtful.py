@@ -1,4 +1,6 @@
-"""What is more likely absent than there is not named beside what is there, and not handed on."""
+"""What is doubtful is not named, and not handed on: what is more likely absent than there, beside what is there, and
+what leaves more than it explains.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,7 +11,8 @@ from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 
-_EVEN = 0.5
+_EVEN = 0.5  # more likely than not; more than is left
+_PLAIN = 0.2  # of the misfit of the channel that is missed most, in noises: less is no measure of an explanation
 
 
 def named_only_if_likely(selection: Selection, probability: Callable[[Selection, Chosen], float]) -> Selection:
@@ -24,6 +27,31 @@ def named_only_if_likely(selection: Selection, probability: Callable[[Selection,
         if least is None or odds[least] >= _EVEN:
             return selection
         selection = without(selection, least)
+
+
+def named_only_if_explained(selection: Selection) -> Selection:
+    """The selection without its effects where they leave more than they take in every channel; these are its ``leads``.
+
+    The evidence compares effects and does not vouch for any: the best of forty may be a poor one. Circumstances stay,
+    which go as they like and have no form, and slips.
+    """
+    named = [c for c in selection.chosen if not (c.definition.circumstance or c.effect == SLIPS)]
+    if not named or explained(selection) >= _EVEN:
+        return selection
+    for chosen in named:
+        selection = without(selection, chosen.effect)
+    return replace(selection, leads=tuple(c.effect for c in named))
+
+
+def explained(selection: Selection) -> float:
+    """The share of what was missed beyond the noise that the effects take, of the channel in which it is largest."""
+    noise = {name: s.noise.sigma**2 for name, s in selection.structure_after.items()}
+    had, has = (
+        {name: max(fitted.mean_square[name] / of_noise - 1.0, 0.0) for name, of_noise in noise.items()}
+        for fitted in (selection.calibrated, selection.final)
+    )
+    most = max(had.values())
+    return max((1.0 - has[name] / had[name] for name in had if had[name] > _PLAIN * most), default=1.0)
 
 
 def without(selection: Selection, effect: str) -> Selection:

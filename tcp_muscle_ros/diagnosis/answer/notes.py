@@ -35,6 +35,14 @@ def on_slips(selection: Selection) -> tuple[str, ...]:
     )
 
 
+def on_leads(selection: Selection) -> tuple[str, ...]:
+    """Which effects came nearest, where they explain too little to be named."""
+    if not selection.leads:
+        return ()
+    names = ' and '.join(name.replace('_', ' ') for name in selection.leads)
+    return (f'nearest to what is unexplained comes {names}, but it leaves more of it than it explains: no name for it',)
+
+
 def on_bent_form(selection: Selection) -> tuple[str, ...]:
     """That a listed form was bent, by what, over what, and where it is found."""
     if selection.bent is None:

@@ -79,7 +79,8 @@ class Selection:
     ``other_conditions``: these are whole recordings, not stretches of those that were fitted. ``leapt``: the calibrated
     model with changes for good that have no name. ``first``: how the first effect was picked. ``kept_back``: the
     unseen data. ``unnamed``: what the listed effects leave, where a law without a name explains it. ``bent``: the final
-    model with a listed form as the recordings bend it, where they do.
+    model with a listed form as the recordings bend it, where they do. ``leads``: effects that came nearest and leave
+    more than they explain.
     """
 
     calibrated: Fit
@@ -95,6 +96,7 @@ class Selection:
     kept_back: tuple[Fold, ...] = ()
     unnamed: Unexplained | None = None
     bent: Fit | None = None
+    leads: tuple[str, ...] = ()
 
     @property
     def best(self) -> Fit:
