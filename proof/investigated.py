@@ -6,14 +6,16 @@ Each muscle is investigated by the code of ``tcp_muscle investigate`` (its loop,
 with a budget of 90 min of muscle time. Then the same muscle, new again, is recorded for as long as that took in three
 other ways: ``passive`` (one cycle under one load over and over), ``random`` (protocols of the book drawn at random) and
 ``book`` (all of them in a fixed order). Goes on muscle by muscle where it was stopped; singles and pairs take turns,
-so that a part of the muscles is a fair table.
+so that a part of the muscles is a fair table. The first ``--behind-nodes N`` are investigated by the command itself:
+real processes over DDS, in lockstep with ``proof.truth_node``.
 """
 
 import argparse
 import json
+import os
 import shutil
+import subprocess
 import sys
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
@@ -33,7 +35,7 @@ from proof.truth import Experiment, observe
 from proof.truth.body import weight
 from proof.truth.plant import CURRENT
 from tcp_muscle_ros.commands.exploring import first_protocols, kept_back_protocol, loads_about
-from tcp_muscle_ros.commands.investigation import Budget, Investigation, allowed_of
+from tcp_muscle_ros.commands.investigation import Budget, Investigation, Log, allowed_of
 from tcp_muscle_ros.control.playing import Allowed
 from tcp_muscle_ros.diagnosis.observation.observe import MOST
 from tcp_muscle_ros.errors import BadInput
@@ -41,6 +43,7 @@ from tcp_muscle_ros.process.threads import one_of_linear_algebra
 from tcp_muscle_ros.recording.protocol import Protocol, read_protocol
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
 from tcp_muscle_ros.settings.parameter_file import read as read_parameters
+from tcp_muscle_ros.settings.parameter_file import write as write_parameters
 
 SUITE, RATE = 'varied', 20.0  # of the forms that effects take; Hz
 BUDGET = Budget(duration=5400.0, runs=20, cycles=1000)
@@ -113,8 +116,8 @@ def as_experiment(protocol: Protocol, ambient: float) -> Experiment:
 class Muscle:
     """All that is done to one muscle, in a folder; ``result.json`` there says what is done already."""
 
-    def __init__(self, folder: Path, seed: int, number: int) -> None:
-        self.folder, self.seed, self.number = folder, seed, number
+    def __init__(self, folder: Path, seed: int, number: int, behind_node: bool = False) -> None:
+        self.folder, self.seed, self.number, self.behind_node = folder, seed, number, behind_node
         place = folder / 'result.json'
         self.result: dict[str, Any] = _json(place) if place.is_file() else {}
 
@@ -133,9 +136,9 @@ class Muscle:
                 self._timed(way, lambda way=way: self._recorded(way))  # type: ignore[misc]
 
     def _timed(self, way: str, work: Callable[[], None]) -> None:
-        begun = time.process_time()
+        begun = sum(os.times()[:4])  # with the processes that it starts
         work()
-        self.result['ways'][way]['seconds'] = time.process_time() - begun
+        self.result['ways'][way]['seconds'] = sum(os.times()[:4]) - begun
         draft = self.folder / 'result.draft'
         draft.write_text(json.dumps(self.result, default=_plain) + '\n', encoding='utf-8')
         draft.replace(self.folder / 'result.json')
@@ -143,7 +146,7 @@ class Muscle:
     def _investigated(self) -> None:
         case, said = self._drawn
         self.result = {'number': self.number, 'label': said, 'ways': {}}
-        self._investigate(case)
+        (self._investigate_behind_node if self.behind_node else self._investigate)(case)
         reports = self.folder / 'reports'
         alternatives.run(self.folder / OURS / case.name, reports, said, self.folder / 'unseen', LIMITS)
         self.result['limits'] = {name: _json(reports / name / case.name / HELD_OUT) for name in LIMITS}
@@ -198,6 +201,23 @@ class Muscle:
         else:
             self.result['ways'][OURS] = {'steps': steps}
 
+    def _investigate_behind_node(self, case: Case) -> None:
+        """``tcp_muscle investigate`` over DDS; its bags go where the others' are."""
+        home, folder = self.folder / OURS, self.folder / 'command'
+        answered = self._guarded(OURS, lambda: investigate_by_command(case, self.seed, self.number, folder))
+        steps = Log(folder).steps
+        for place, wanted in ((home, 'run'), (self.folder / 'unseen', 'kept_back')):
+            (place / case.name).mkdir(parents=True)
+            bags = [folder / bag for step in steps if step['step'] == wanted for bag in step['bags']]
+            for k, bag in enumerate(bags):
+                (place / case.name / f'recording_{k}').symlink_to(bag.resolve())
+        if answered:
+            self._take(OURS, folder / 'report')
+            why = next(step['why'] for step in steps if step['step'] == 'end')
+            self.result['ways'][OURS] |= {'why': why, 'steps': steps, 'behind_node': True}
+        else:
+            self.result['ways'][OURS] = {'steps': steps, 'behind_node': True}
+
     def _record(self, way: str, case: Case, duration: float) -> None:
         """A new muscle is recorded for ``duration`` s."""
         bench, k, random = Bench(case, self.folder / way), 0, case.rng(800)
@@ -224,6 +244,38 @@ class Muscle:
             'report': {name: content[name] for name in kept},
             'held_out': users_errors(report, unseen),
         }
+
+
+def investigate_by_command(case: Case, seed: int, number: int, folder: Path, *more: str) -> None:
+    """``tcp_muscle investigate`` of a muscle behind a node in lockstep, into a folder; ``more`` of its arguments.
+
+    RuntimeError where either process fails.
+    """
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    params, rig = folder.with_name('lab.yaml'), folder.with_name('rig.yaml')
+    write_parameters(
+        params,
+        read_parameters(DEFAULT_SET).parameters,
+        operating={'load_n': LOAD, 'ambient_temperature_c': case.lab.ambient},
+    )
+    limits = f'largest_current_a: {case.lab.top}, highest_temperature_c: {HOTTEST - 273.15:g}, loads_by: rig'
+    rig.write_text(f'limits: {{{limits}}}\n', encoding='utf-8')
+    local = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': str(1 + os.getpid() % 100)}
+    environment = {**local, **os.environ}
+    node = [sys.executable, '-m', 'proof.truth_node', '--seed', str(seed), '--muscle', str(number)]
+    command = [sys.executable, '-m', 'tcp_muscle_ros.tool', 'investigate', '--output', str(folder)]
+    command += ['--params', str(params), '--rig', str(rig), '--minutes', str(BUDGET.duration / 60.0)]
+    command += ['--runs', str(BUDGET.runs), '--cycles', str(BUDGET.cycles), *more]
+    with subprocess.Popen(node, stdout=subprocess.PIPE, text=True, env=environment) as truth:
+        try:
+            assert truth.stdout is not None
+            if truth.stdout.readline() != 'ready\n':
+                raise RuntimeError('the node of the muscle does not start')
+            done = subprocess.run(command, env=environment, check=False)
+        finally:
+            truth.terminate()
+    if done.returncode:
+        raise RuntimeError(f'tcp_muscle investigate ended with {done.returncode}')
 
 
 def _json(path: Path) -> dict[str, Any]:
@@ -304,12 +356,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--output', type=Path, required=True)
     parser.add_argument('--document', type=Path, help='write the table of what is done so far')
     parser.add_argument('--ways', nargs='*', choices=WAYS, default=WAYS, help='that are recorded beside it (all)')
+    parser.add_argument('--behind-nodes', type=int, default=0, metavar='N', help='the first N by the command, over DDS')
     parser.add_argument('--only-document', action='store_true', help='investigate nothing more')
     chosen = parser.parse_args(arguments)
     one_of_linear_algebra()
     results = []
     for number in range(chosen.muscles):
-        muscle = Muscle(chosen.output / f'muscle_{number:02d}', chosen.seed, number)
+        behind = number < chosen.behind_nodes
+        muscle = Muscle(chosen.output / f'muscle_{number:02d}', chosen.seed, number, behind)
         if chosen.only_document and not muscle.result:
             break
         if not chosen.only_document:
