@@ -31,7 +31,7 @@ from proof.tool import (
 from tcp_muscle_ros.diagnosis.answer.improved import physics_only
 from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
-from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import STROKE
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen
 from tcp_muscle_ros.diagnosis.search.rivals import grow
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
@@ -122,7 +122,7 @@ def corrected(replayed: Replayed, correction: Correction) -> Replayed:
     left = {}
     for name, was in replayed.left.items():
         now = was - added.get(name, 0.0)
-        left[name] = now - now.mean() if name in FLOATING_ZERO else now
+        left[name] = now - now.mean() if name in STROKE else now
     return Replayed(replayed.experiment, replayed.outputs, left)
 
 

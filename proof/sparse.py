@@ -15,7 +15,7 @@ from pysindy import STLSQ, SmoothedFiniteDifference
 from scipy.signal import lfilter, savgol_filter
 
 from proof.tool import Case, Replayed, replayed
-from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import STROKE
 from tcp_muscle_ros.muscle import Parameters, length, resistance
 
 STEP = 0.5  # s, of the grid
@@ -167,7 +167,7 @@ def regress(case: Case) -> tuple[tuple[str, ...], Callable[[Replayed], dict[str,
         for name, example in _examples(run, muscle).items():
             examples.setdefault(name, []).append(example)
     stages = {
-        name: stage(TERMS[name], rows, rate=name == 'temperature', floating=name in FLOATING_ZERO)
+        name: stage(TERMS[name], rows, rate=name == 'temperature', floating=name in STROKE)
         for name, rows in examples.items()
     }
     found = sorted((pair for s in stages.values() for pair in s.names()), reverse=True)

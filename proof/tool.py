@@ -17,7 +17,8 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, ages, cali
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, base_unknowns
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.observe import conditions, prepared

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from dataclasses import fields
 from importlib import resources
 from pathlib import Path
 from xml.etree import ElementTree
@@ -16,7 +17,8 @@ import yaml
 from packaging.requirements import Requirement
 
 import tcp_muscle_ros
-from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Outputs
+from tcp_muscle_ros.recording.recording import OUTPUTS
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / 'tcp_muscle_ros'
@@ -34,7 +36,7 @@ FLOORS = [
     {'tool', 'interface'},
 ]
 # The diagnosis from the ground up: each of its rooms imports only those before it.
-DIAGNOSIS = ['observation', 'noise', 'hypothesis', 'fitting', 'search', 'answer', 'diagnose']
+DIAGNOSIS = ['model', 'observation', 'noise', 'hypothesis', 'fitting', 'search', 'answer', 'diagnose']
 LONGEST_FUNCTION = 60  # lines, its docstring among them; how branched it may be, ruff says (C901)
 WITHOUT_ROS = ['muscle', 'recording', 'settings', 'control', 'studies', 'diagnosis', 'robots']
 # What package.xml calls a dependency -> what pip calls it and what Python imports.
@@ -240,6 +242,32 @@ def test_the_diagnosis_knows_no_effect_by_its_name():
         if target.split('.')[3] in EFFECTS
     ]
     assert not named + imported_by_name
+
+
+# Where the diagnosis may name what the muscle has, and why.
+NAMES_THE_MUSCLE = {
+    'model.tcp_muscle': 'the muscle says here what the engine asks of a machine',
+    'observation.admission': 'whether a recording can be that of a muscle at all',
+    'observation.holding': 'which channel of a recording is the load, and which shows the end',
+    'observation.prepare': 'how the channels of a recording become what was imposed and what was seen',
+    'answer.next_experiment': 'what can be done with a muscle on its rig, and what would be recorded',
+}
+
+
+def test_the_diagnosis_knows_no_parameter_column_or_channel_by_its_name():
+    # What it needs of a machine, that says itself (see model/model.py); what is imposed has the same names for all.
+    parameters = {name for name in SPECIFICATIONS if '.' not in name}
+    columns = {field.name for field in fields(Outputs)} - {'time', 'current', 'power', 'voltage', 'heated', 'lost'}
+    names = parameters | columns | set(OUTPUTS)
+    named = {}
+    for name, tree in modules():
+        if room(name) != 'diagnosis':
+            continue
+        for node in ast.walk(tree):
+            literal = isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in names
+            if literal or (isinstance(node, ast.Attribute) and node.attr in names - parameters):
+                named.setdefault(name.removeprefix('tcp_muscle_ros.diagnosis.'), []).append(node.lineno)
+    assert set(named) == set(NAMES_THE_MUSCLE), named
 
 
 def test_no_modules_import_each_other_in_a_circle():

@@ -78,7 +78,7 @@ def add_separate_argument(parser: argparse.ArgumentParser) -> None:
 
 def refuse_unknown(separate: Sequence[str]) -> None:
     """BadInput for the name of what no recording can have for itself."""
-    from tcp_muscle_ros.diagnosis.hypothesis.unknowns import SEPARABLE
+    from tcp_muscle_ros.diagnosis.model.tcp_muscle import SEPARABLE
     from tcp_muscle_ros.errors import BadInput, nearest
 
     for name in separate:

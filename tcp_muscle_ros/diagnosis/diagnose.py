@@ -18,16 +18,14 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
 from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import GAIN
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability, between_runs
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.diagnosis.search.bending import with_bent_form
 from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.selection import Selection
-from tcp_muscle_ros.muscle import EFFECTS, LISTED, Parameters
+from tcp_muscle_ros.muscle import Parameters
 
 _LEAST_SAMPLES = 30
 
@@ -75,6 +73,7 @@ class _Work:
         progress: Callable[[], None] | None,
         separate: tuple[str, ...],
     ) -> None:
+        self.model = experiments[0].model
         self.experiments, self.nominal, self.progress, self.separate = experiments, nominal, progress, separate
         self.latents: tuple[Latent, ...] = ()  # what the calibration begins from: when the drive of each switched
         self.calibration: Calibration | None = None
@@ -93,7 +92,7 @@ class _Work:
             return self._without_result('insufficient_data', 'the recordings fix none of the parameters')
         start = time.monotonic()
         untried = skipped(self.experiments)
-        testable = [e for e in LISTED if e not in untried]
+        testable = [e for e in self.model.listed if e not in untried]
         self.selection = self._selected(self.calibration, testable)
         if not settled and self._switched(self.selection.final):  # beside effects that hid it
             self.selection = self._selected(self.calibration, testable)
@@ -126,12 +125,14 @@ class _Work:
     def _beside_what_differs(self, repeated: Mapping[str, Repeatability], testable: Sequence[str]) -> Selection:
         """Select once more, each recording with what runs of one protocol do not share for itself: its gain, where
         that is most of it, and a course of its own."""
-        if not self.separate and any(found.gains_differ for name, found in repeated.items() if name in STROKE):
-            self.separate = (GAIN,)
+        model = self.model
+        moving = [found for name, found in repeated.items() if model.channels[name].floating]
+        if not self.separate and any(found.gains_differ for found in moving):
+            self.separate = (model.gain,)
             self.calibration = self._calibrated()
         assert self.calibration is not None
         if all(set(e.observed) <= set(repeated) for e in self.experiments):  # no channel tells a circumstance from it
-            testable = [e for e in testable if not EFFECTS[e].circumstance]
+            testable = [e for e in testable if not model.effects[e].circumstance]
         return beyond_what_differs(self._selected(self.calibration, testable, repeated), repeated)
 
     def _switched(self, fitted: Fit) -> bool:
@@ -163,7 +164,7 @@ class _Work:
             findings=(),
             fit={},
             ranking=(),
-            not_testable=tuple(NotTestable(e, 'nothing was tested: ' + why) for e in LISTED),
+            not_testable=tuple(NotTestable(e, 'nothing was tested: ' + why) for e in self.model.listed),
             unexplained=None,
             next_experiment=None,
             nominal=self.nominal,
@@ -193,8 +194,9 @@ def skipped(experiments: Sequence[Experiment]) -> dict[str, str]:
     blind = all(e.imposed.kind == 'power' and len(e.observed) == 1 for e in experiments)
     steps = any(e.holding.end == 'load' and np.ptp(e.imposed.load) > 0.0 for e in experiments)
     found = {}
-    for name in LISTED:
-        effect = EFFECTS[name]
+    model = experiments[0].model
+    for name in model.listed:
+        effect = model.effects[name]
         if effect.hidden:
             found[name] = effect.hidden
         elif effect.circumstance and blind:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import floor, isfinite, log10
 
 from tcp_muscle_ros.diagnosis.answer.findings import Change, Finding, Value
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.search.location import Driver, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
 from tcp_muscle_ros.report.tables import SHOWN

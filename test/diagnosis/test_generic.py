@@ -35,7 +35,7 @@ def cycles(seconds=350.0, samples=1000):
 def test_a_stroke_that_shrinks_from_cycle_to_cycle_is_no_noise(seed):
     time, drivers = cycles()
     noise = NOISE * np.random.default_rng(seed).standard_normal(time.size)
-    worn = -0.02 * drivers.displacement * (time / time[-1])  # 0.6 mm of 30 at the end
+    worn = -0.02 * drivers.place * (time / time[-1])  # 0.6 mm of 30 at the end
     found = structure([worn + noise], [time], [drivers], NOISE, **CAPPED)
     assert found.significant
     assert found.noise.sigma == pytest.approx(NOISE, rel=0.1)

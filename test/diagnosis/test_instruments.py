@@ -4,21 +4,23 @@ import numpy as np
 import pytest
 
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, structure
-from tcp_muscle_ros.diagnosis.noise.instruments import INSTRUMENTS, largest_noise
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
+from tcp_muscle_ros.diagnosis.noise.instruments import largest_noise
 from tcp_muscle_ros.recording.recording import OUTPUTS
 from tcp_muscle_ros.settings.policy import shipped
 
-CAPPED = {'channel': 'displacement', 'most_of_single': shipped().single_readings}
+STROKE = TCP_MUSCLE.channels['displacement']
+CAPPED = {'channel': STROKE, 'most_of_single': shipped().single_readings}
 
 
 def test_every_output_has_an_instrument_with_its_source():
-    assert set(INSTRUMENTS) == set(OUTPUTS)
-    assert all(row.wander > 0.0 and row.source for row in INSTRUMENTS.values())
+    assert set(TCP_MUSCLE.channels) == set(OUTPUTS)
+    assert all(row.wander > 0.0 and row.source for row in TCP_MUSCLE.channels.values())
 
 
 def test_an_instrument_that_is_better_in_single_readings_wanders_less():
-    assert largest_noise('displacement', 1e-6, 1.5) == pytest.approx(5e-6)
-    assert largest_noise('displacement', 5e-5, 1.5) == pytest.approx(np.hypot(7.5e-5, 4e-5))
+    assert largest_noise(STROKE, 1e-6, 1.5) == pytest.approx(5e-6)
+    assert largest_noise(STROKE, 5e-5, 1.5) == pytest.approx(np.hypot(7.5e-5, 4e-5))
 
 
 def test_a_swing_that_no_driver_tells_is_misfit_and_not_noise():

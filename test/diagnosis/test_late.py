@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL
 
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.late import Late, taken_out
@@ -40,7 +41,7 @@ def test_means_over_samples_are_those_of_the_late_samples(number, channel, delay
     count = np.diff(np.append(begins, time.size)).astype(float)
     seen = {channel: Observed(middle, averaged(samples, begins), count)}
     experiment = Experiment('late', imposed, Holding('load', 0.4), seen)
-    plain, late = taken_out(muscle)
+    plain, late = taken_out(muscle, TCP_MUSCLE)
     outputs = experiment.outputs(plain)
     off = experiment.shown(outputs, late)[channel] - seen[channel].value
     size = np.ptp(samples)
@@ -55,4 +56,4 @@ def test_means_over_samples_are_those_of_the_late_samples(number, channel, delay
 
 def test_where_none_is_late_nothing_is_taken_out():
     muscle = NOMINAL.with_effects('thermocouple_lag')
-    assert taken_out(muscle) == (muscle, None)
+    assert taken_out(muscle, TCP_MUSCLE) == (muscle, None)

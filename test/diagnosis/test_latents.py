@@ -13,7 +13,7 @@ from tcp_muscle_ros.diagnosis import diagnose as engine
 from tcp_muscle_ros.diagnosis.fitting import forms, room, slips, weighing
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught, Latent, Slip, Switched
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Imposed
@@ -23,7 +23,7 @@ from tcp_muscle_ros.diagnosis.search import holdout
 CHANNELS = ('temperature', 'displacement')
 SWINGING = np.mod(TIME, 70.0) < 40.0
 DATA = {
-    Experiment: {'name', 'imposed', 'holding', 'observed', 'known', 'notes', 'start_ns'},
+    Experiment: {'name', 'imposed', 'holding', 'observed', 'known', 'notes', 'start_ns', 'model'},
     Imposed: {'kind', 'time', 'drive', 'load', 'ambient', 'switches', 'lost', 'unsure'},
     Observed: {'time', 'value', 'count', 'swinging', 'spacing', 'stretch', 'within'},
 }

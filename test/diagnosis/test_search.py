@@ -9,6 +9,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.sandwich import inflation
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation
 from tcp_muscle_ros.diagnosis.search.rivals import grow, rivals_for
@@ -46,15 +47,15 @@ def test_a_start_from_which_the_model_runs_away_is_none():
 @pytest.mark.parametrize('duration', [4.0, 2e5])
 def test_what_is_as_long_as_a_recording_stays_within_its_bounds(duration):
     for effect in ('ambient_drift', 'displacement_drift'):
-        for values in variants(effect, duration):
+        for values in variants(TCP_MUSCLE, effect, duration):
             assert NOMINAL.replace(values)
 
 
 def test_a_choice_is_tried_and_never_fitted():
-    tried = variants('clock_skew', 210.0)
+    tried = variants(TCP_MUSCLE, 'clock_skew', 210.0)
     assert {values['clock_skew.channel'] for values in tried} == {0.0, 1.0, 2.0, 3.0}
     late = TRUE.replace({'clock_skew.d': 0.4, 'clock_skew.channel': 1.0}).with_effects('clock_skew')
-    assert [u.name for u in effect_unknowns('clock_skew', late)] == ['clock_skew.d', 'clock_skew.r']
+    assert [u.name for u in effect_unknowns(TCP_MUSCLE, 'clock_skew', late)] == ['clock_skew.d', 'clock_skew.r']
     fitted = calibrated(late)
     ranked, _ = screen(fitted, ['clock_skew', 'inertia', 'two_node', 'friction'])
     found = rivals_for(fitted, ranked, None)[0].fit

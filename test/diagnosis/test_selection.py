@@ -10,6 +10,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import ages, calibrate, in_tur
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, structures
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
@@ -243,9 +244,9 @@ def test_an_effect_stands_apart_where_a_channel_shows_its_stage(effect, values, 
 
 def test_what_has_to_be_crossed_is_tried_where_the_muscle_has_been():
     spans = {'length': (0.12, 0.16), 'fibre_temperature': (296.0, 340.0)}
-    contacts = {values['coil_contact.Hc'] for values in variants('coil_contact', 210.0, spans)}
+    contacts = {values['coil_contact.Hc'] for values in variants(TCP_MUSCLE, 'coil_contact', 210.0, spans)}
     assert sum(0.12 < contact < 0.16 for contact in contacts) >= 4
-    kinks = {values['cte_kink.Tg'] for values in variants('cte_kink', 210.0, spans)}
+    kinks = {values['cte_kink.Tg'] for values in variants(TCP_MUSCLE, 'cte_kink', 210.0, spans)}
     assert max(kinks) - min(kinks) > 0.6 * 44.0
 
 

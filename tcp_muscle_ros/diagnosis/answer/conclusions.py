@@ -29,10 +29,10 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
 from tcp_muscle_ros.diagnosis.fitting.generic import drivers
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained, locate, worst_channel
+from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate, worst_channel
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
@@ -70,7 +70,8 @@ def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = No
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
         owner = '' if u.recording is None else f' [{u.recording + 1}]'
-        found[u.name + owner] = Value(value, low, high, unit_of(u.name), nominal[u.name], fixed, edge)
+        unit = unit_of(fitted.problem.model, u.name)
+        found[u.name + owner] = Value(value, low, high, unit, nominal[u.name], fixed, edge)
     return found
 
 
@@ -235,7 +236,7 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
                     nominals[k][name],
                     o.value - first[name],
                     o.value - last[name],
-                    d.temperature,
+                    d.level,
                     d.rate,
                     d.heating,
                 )
@@ -258,7 +259,8 @@ def conclude(
     channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
     location = None
     if channel is not None:
-        stage = EFFECTS[selection.chosen[0].effect].stage if selection.chosen else STAGE_OF[worst or channel]
+        channels = selection.final.problem.model.channels
+        stage = selection.chosen[0].definition.stage if selection.chosen else channels[worst or channel].stage
         location = locate(selection.calibrated, before, channel, stage)
     findings = _findings(selection, remains)
     errors = fits(selection, nominal)
@@ -326,12 +328,8 @@ def would_help(
     if not undecided or (proposal is not None and proposal.power >= LEAST_CHANCE):
         return ()
     seen = {name for e in experiments for name in e.observed}
-    missing = {
-        'temperature': 'a thermometer on the muscle: it tells thermal from mechanical causes',
-        'resistance': 'the resistance (voltage and current): it follows the temperature of the whole fibre',
-        'displacement': 'the contraction: it tells mechanical from thermal causes',
-    }
-    found = [what for name, what in missing.items() if name not in seen and not (name == 'displacement' in seen)]
+    channels = experiments[0].model.channels
+    found = [channel.adds for name, channel in channels.items() if channel.adds and name not in seen]
     if len({round(float(e.imposed.load[0]), 2) for e in experiments}) < 2:
         found.append('the same protocol under a second load: what grows with the force is told from what does not')
     if len(experiments) < 3:
@@ -341,12 +339,8 @@ def would_help(
 
 def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     """What the kind of recording costs: no thermometer, one recording, a drive that follows the muscle."""
-    found = []
-    if not any('temperature' in e.observed for e in experiments):
-        found.append(
-            'no thermometer was recorded: the temperature is inferred from the input; hA, C and the stroke gain '
-            'are known in combination only, and thermal and mechanical causes are hard to tell apart'
-        )
+    seen, channels = {name for e in experiments for name in e.observed}, experiments[0].model.channels
+    found = [channel.without for name, channel in channels.items() if channel.without and name not in seen]
     if len(experiments) < 3:
         few = 'a single recording: held out are stretches of it' if len(experiments) == 1 else ''
         found.append(f'{few or "two recordings: held out are stretches of them"}, no other condition')

@@ -11,7 +11,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import STIFFNESS
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import STIFFNESS
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.late import taken_out
 from tcp_muscle_ros.diagnosis.search.selection import Selection
@@ -108,7 +108,7 @@ def rig_of(fitted: Fit) -> Rig:
         if SPECIFICATIONS[name].choices and name.partition('.')[0] in shared:
             value = fitted.problem.parameters[name]
             found[name] = Quantity(value, value, value)
-    late = taken_out(fitted.muscle)[1] if any(_makes_late(name) for name in found) else None
+    late = taken_out(fitted.muscle, fitted.problem.model)[1] if any(_makes_late(name) for name in found) else None
     return from_effects(found, late.channel if late else '', _limits(fitted.problem))
 
 

@@ -7,7 +7,7 @@ from statistics import median
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
 from tcp_muscle_ros.diagnosis.answer.replaying import SETTLED_BY, ReplayedErrors, own_of
 from tcp_muscle_ros.diagnosis.answer.sentences import headline
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.observe import conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters

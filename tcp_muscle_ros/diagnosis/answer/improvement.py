@@ -11,8 +11,8 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Value, strengths
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO
 from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, SLIPS
+from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.holdout import changed_by, held_out
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Selection
@@ -65,7 +65,7 @@ def nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.n
     found = []
     for experiment in fitted.problem.followed:
         predicted = experiment.predict(nominal)
-        for name in FLOATING_ZERO:
+        for name in floating(fitted.problem.model):
             if name in predicted:
                 predicted[name] = predicted[name] + np.mean(experiment.observed[name].value - predicted[name])
         found.append(predicted)

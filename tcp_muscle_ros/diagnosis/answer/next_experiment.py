@@ -16,7 +16,7 @@ from scipy.stats import norm
 from tcp_muscle_ros.diagnosis.answer.findings import Proposal, Step
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, slopes
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
@@ -161,7 +161,7 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float) -> Proposal | None:
     members = alike[:_MEMBERS]
     names = [rival.effect for rival in members]
     first = members[0].fit
-    like = next((e for e in first.problem.experiments if 'displacement' in e.observed), first.problem.experiments[0])
+    like = next((e for e in first.problem.experiments if e.model.motion in e.observed), first.problem.experiments[0])
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
     planned = [
         (plan, Under(bare, experiment), [Under(rival.fit, experiment) for rival in members])

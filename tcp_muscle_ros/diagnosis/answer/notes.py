@@ -8,7 +8,7 @@ from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import STOP, Signature, signature
 from tcp_muscle_ros.diagnosis.hypothesis.roles import CHANCE
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE
+from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.diagnosis.search.shared import shared_misfit, wandering
@@ -102,7 +102,7 @@ def _signatures(fitted: Fit) -> Iterator[tuple[str, str, Signature]]:
     """What each recording shows of rests and jumps in each channel that moves; not where it was averaged, for a jump
     takes less than a sample."""
     for experiment, left in zip(fitted.problem.experiments, fitted.left, strict=True):
-        for name in STROKE:
+        for name in floating(experiment.model):
             o = experiment.observed.get(name)
             if o is not None and o.time.size > 2 and float(o.count.max()) == 1.0:
                 yield experiment.name, name, signature(o.time, o.value, o.value - left[name])

@@ -12,7 +12,6 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import CAPACITY, GAIN
 from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability
 from tcp_muscle_ros.diagnosis.noise.replicates import protocols
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
@@ -37,7 +36,8 @@ def run_to_run(
     """
     if not repeated:
         return None
-    own = any(u.recording is not None and u.name == GAIN for u in selection.final.problem.unknowns)
+    problem = selection.final.problem
+    own = any(u.recording is not None and u.name == problem.model.gain for u in problem.unknowns)
     sizes = {name: (found.own_gain if own else found.plain) * found.peak for name, found in repeated.items()}
     if not apart:
         return RunToRun(sizes)
@@ -63,11 +63,11 @@ def _share(fitted: Fit, k: int, channel: str) -> float:
 
 def _runs(fitted: Fit, nominal: Parameters, channel: str, several: Sequence[Sequence[int]]) -> tuple[Run, ...]:
     """Gain and time constant of each run, fitted to all of them with these two for each."""
-    experiments = fitted.problem.experiments
+    experiments, model = fitted.problem.experiments, fitted.problem.model
     switched = [Latent(switched=latent.switched) for latent in fitted.problem.latents]
-    each = calibrate(experiments, nominal, latents=switched, separate=(GAIN, CAPACITY))
-    gains = {e.recording: e.value for e in each.estimates if e.name == GAIN}
-    slow = {e.recording: e.value for e in each.combinations if e.name == f'{CAPACITY}/hA'}
+    each = calibrate(experiments, nominal, latents=switched, separate=(model.gain, model.capacity))
+    gains = {e.recording: e.value for e in each.estimates if e.name == model.gain}
+    slow = {e.recording: e.value for e in each.combinations if e.name == model.slowness}
     usual = float(np.exp(np.mean(np.log(list(gains.values())))))
     of = {k: number for number, runs in enumerate(several, 1) for k in runs}
     return tuple(

@@ -12,7 +12,8 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, START, base_unknowns
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import Parameters
@@ -50,7 +51,7 @@ def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
     model comes closest to the first readings.
     """
     ambient = float(experiment.imposed.ambient[0])
-    observed = experiment.observed.get('temperature')
+    observed = experiment.observed.get(experiment.model.gauge)
     if observed is None:
         return ambient
     on = np.flatnonzero(experiment.imposed.drive != 0.0)
@@ -61,7 +62,7 @@ def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
     beginning = experiment.until(float(observed.time[:_FIRST][-1]))
 
     def error(start: float) -> float:
-        shown = beginning.predict(parameters, start)['temperature']
+        shown = beginning.predict(parameters, start)[experiment.model.gauge]
         return float(np.sum((shown - observed.value[:_FIRST]) ** 2))
 
     return min(starts, key=error)

@@ -3,15 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, FreeLaw, Value, strengths
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
-
-_QUANTITY = {
-    'temperature': ('temperature', 'K', 1.0),
-    'resistance': ('resistance', 'ohm', 1.0),
-    'displacement': ('stroke', 'mm', 1e3),
-    'force': ('force', 'mN', 1e3),
-}
 
 
 def words(effect: str) -> str:
@@ -21,13 +15,13 @@ def words(effect: str) -> str:
 
 def quantity(channel: str) -> str:
     """What people call a channel."""
-    return _QUANTITY[channel][0]
+    return TCP_MUSCLE.channels[channel].title
 
 
 def amount(channel: str, value: float) -> str:
     """A size in the unit that people use for the channel."""
-    _, unit, factor = _QUANTITY[channel]
-    return f'{value * factor:.2g} {unit}'
+    known = TCP_MUSCLE.channels[channel]
+    return f'{value * known.factor:.2g} {known.unit}'
 
 
 def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[str]) -> str:
@@ -78,12 +72,12 @@ def where(location: Location) -> str:
 
 def _misfit(location: Location) -> str:
     """How much is missed: above or below only where the mean has that sign for sure."""
-    quantity = _QUANTITY[location.channel][0]
+    what = quantity(location.channel)
     if location.mean is None:
-        return f'the recorded {quantity} differs from the simulation by {amount(location.channel, location.size)}'
+        return f'the recorded {what} differs from the simulation by {amount(location.channel, location.size)}'
     side = 'above' if location.mean > 0.0 else 'below'
     mean = amount(location.channel, abs(location.mean))
-    return f'the recorded {quantity} is on average {mean} {side} the simulation'
+    return f'the recorded {what} is on average {mean} {side} the simulation'
 
 
 def headline(
@@ -115,7 +109,7 @@ def headline(
     if verdict == 'unexplained' and unexplained is not None:
         return (
             f'{opening} No listed effect explains it: {100 * unexplained.share:.0f} % of the misfit of the '
-            f'{_QUANTITY[unexplained.channel][0]} beyond its noise is unexplained, in the {unexplained.stage} stage.'
+            f'{quantity(unexplained.channel)} beyond its noise is unexplained, in the {unexplained.stage} stage.'
         )
     return f'{opening} {_cause(findings)}{_better(location.channel, findings, fits)}.'
 
@@ -127,7 +121,7 @@ def _recalibrated(fits: Mapping[str, ChannelFit]) -> str:
         return 'recalibration moves them by more than their uncertainty'
     name = max(helped, key=lambda channel: helped[channel])
     before, after, noise = (amount(name, e) for e in (fits[name].nominal, fits[name].calibrated, fits[name].noise))
-    return f'recalibrated, the error of the {_QUANTITY[name][0]} falls from {before} to {after} (noise {noise})'
+    return f'recalibrated, the error of the {quantity(name)} falls from {before} to {after} (noise {noise})'
 
 
 def _cause(findings: Sequence[Finding]) -> str:

@@ -6,18 +6,19 @@ colour of what the model leaves over, so that a model that does not fit well doe
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
+from itertools import product, zip_longest
 
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, FACTOR, START, Unknown, base_unknowns
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
+from tcp_muscle_ros.diagnosis.model.model import Model, floating
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, FACTOR, START, Unknown
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, estimate, quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE
-from tcp_muscle_ros.muscle import SPECIFICATIONS, Outputs, Parameters
+from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects.effect import SWING
 
@@ -115,7 +116,8 @@ def ages(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> list[
     for experiment, shown in zip_longest(experiments, outputs):
         found.append((cycles, used))
         used += experiment.duration
-        cycles += float(np.sum(np.abs(np.diff(shown.fibre_temperature)))) / (2.0 * SWING) if shown else 0.0
+        if shown:
+            cycles += float(np.sum(np.abs(np.diff(getattr(shown, experiment.model.state))))) / (2.0 * SWING)
     return found
 
 
@@ -139,25 +141,24 @@ def left_over_noise(fitted: Fit) -> dict[str, Noise]:
 
 
 def coarse_start(problem: Problem) -> Array:
-    """A start within reach of the optimum: the best of a grid over hA and C, the stroke gain scaled to the stroke.
+    """A start within reach of the optimum: the best of a grid over what may be far off (``Model.coarse``), the gain
+    scaled to the motion.
 
-    A nominal hA may be wrong eightfold (the paper's own is), from where a local search need not find home.
+    A nominal value may be wrong eightfold, from where a local search need not find home.
     """
     names = [u.name for u in problem.unknowns]
     best, best_misfit = problem.start(), np.inf
-    for conductance in _FACTORS:
-        for capacity in _FACTORS:
-            z = problem.start()
-            for k, name in enumerate(names):
-                shift = {'hA': conductance, 'C': capacity}.get(name)
-                if shift is not None:
-                    u = problem.unknowns[k]
-                    z[k] = u.to_fit(min(max(u.start * shift, u.low), u.high))
-            z = _scale_stroke(problem, z)
-            parts = problem.residuals(problem.predictions(z))
-            misfit = float(sum(np.sum(np.minimum(part**2, 1e8)) for part in parts))
-            if np.isfinite(misfit) and misfit < best_misfit:
-                best, best_misfit = z, misfit
+    for factors in product(_FACTORS, repeat=len(problem.model.coarse)):
+        shifts, z = dict(zip(problem.model.coarse, factors, strict=True)), problem.start()
+        for k, name in enumerate(names):
+            if name in shifts:
+                u = problem.unknowns[k]
+                z[k] = u.to_fit(min(max(u.start * shifts[name], u.low), u.high))
+        z = _scale_stroke(problem, z)
+        parts = problem.residuals(problem.predictions(z))
+        misfit = float(sum(np.sum(np.minimum(part**2, 1e8)) for part in parts))
+        if np.isfinite(misfit) and misfit < best_misfit:
+            best, best_misfit = z, misfit
     return best
 
 
@@ -168,7 +169,7 @@ def _scale_stroke(problem: Problem, z: Array) -> Array:
     ratios: dict[int, float] = {}
     for k, experiment in enumerate(problem.experiments):
         predicted = problem.predict(values, k)
-        for name in STROKE:
+        for name in floating(problem.model):
             if name in experiment.observed:
                 made = float(np.ptp(predicted[name]))
                 if made > 0.0:
@@ -177,16 +178,16 @@ def _scale_stroke(problem: Problem, z: Array) -> Array:
         return out
     common = float(np.exp(np.mean(np.log([max(r, 1e-6) for r in ratios.values()]))))
     for k, unknown in enumerate(problem.unknowns):
-        if unknown.name == 'B':
+        if unknown.name == problem.model.gain:
             ratio = common if unknown.recording is None else ratios.get(unknown.recording, 1.0)
             value = unknown.from_fit(float(z[k])) * max(ratio, 1e-6)
             out[k] = unknown.to_fit(min(max(value, unknown.low), unknown.high))
     return out
 
 
-def unit_of(name: str) -> str:
-    """The unit of an unknown inside (K for the temperatures of a recording)."""
-    return 'K' if name in (AMBIENT, START) else SPECIFICATIONS[name].unit
+def unit_of(model: Model, name: str) -> str:
+    """The unit of an unknown inside: that of the state for what belongs to a recording."""
+    return model.state_unit if name in (AMBIENT, START) else model.specifications[name].unit
 
 
 def _estimates(fitted: Fit) -> list[Estimate]:
@@ -210,7 +211,7 @@ def _estimates(fitted: Fit) -> list[Estimate]:
                 value,
                 low,
                 high,
-                unit_of(unknown.name),
+                unit_of(fitted.problem.model, unknown.name),
                 fixed,
                 at_bound,
                 partner,
@@ -224,16 +225,15 @@ def _label(unknown: Unknown) -> str:
 
 
 def _combinations(fitted: Fit) -> list[Estimate]:
-    """C/hA (the cooling time constant) and B/hA (stroke a watt): sums of logarithms, so their interval is exact."""
+    """Ratios of parameters: sums of logarithms, so that their interval is exact."""
     problem = fitted.problem
     place = {u.key: k for k, u in enumerate(problem.unknowns)}
     found = []
-    pairs = [('C/hA', 'C', 'hA', 's'), ('B/hA', 'B', 'hA', 'm K/W'), ('hA/R0', 'hA', 'R0', 'W/(K ohm)')]
-    for label, top, bottom, unit in pairs:
+    for ratio in problem.model.ratios:
         for key, k in place.items():
-            if key[0] != top:
+            if key[0] != ratio.top:
                 continue
-            below = place.get((bottom, key[1]), place.get((bottom, None)))
+            below = place.get((ratio.bottom, key[1]), place.get((ratio.bottom, None)))
             if below is None:
                 continue
             weights = np.zeros(len(place))
@@ -245,7 +245,16 @@ def _combinations(fitted: Fit) -> list[Estimate]:
             fixed = spread < FACTOR
             found.append(
                 Estimate(
-                    label, key[1], nominal, float(np.exp(centre)), float(low), float(high), unit, fixed, False, None
+                    ratio.name,
+                    key[1],
+                    nominal,
+                    float(np.exp(centre)),
+                    float(low),
+                    float(high),
+                    ratio.unit,
+                    fixed,
+                    False,
+                    None,
                 )
             )
     return found

@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
 from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -73,7 +73,8 @@ def _excess(fitted: Fit, k: int) -> Array:
     """The fibre's temperature over the room's (K), without any draught's share."""
     outputs, experiment = fitted.outputs[k], fitted.problem.followed[k]
     ambient = fitted.values.get((AMBIENT, k))
-    return np.asarray(outputs.fibre_temperature - (experiment.imposed.ambient if ambient is None else ambient))
+    state = getattr(outputs, experiment.model.state)
+    return np.asarray(state - (experiment.imposed.ambient if ambient is None else ambient))
 
 
 def _step(fitted: Fit, k: int, warmer: Shown) -> Draught:

@@ -13,9 +13,8 @@ from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, drivers, hats
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
-from tcp_muscle_ros.diagnosis.hypothesis.problem import FLOATING_ZERO, Problem, Shown, without_effect
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown, without_effect
 from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, SWINGS
-from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array
 
 _SHARES = np.linspace(0.0, 1.0, 5)  # of all temperatures, warming and cooling
@@ -55,17 +54,17 @@ def _unsure(problem: Problem) -> list[Shown]:
 def _bent(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
     """Ways in which a form may miss what an effect does, by recording and channel: its signature bent by what the state
     is, and all that is smooth in the state and of its size."""
-    knots = np.unique(np.quantile(np.concatenate([o.fibre_temperature for o in fitted.outputs]), _SHARES))
+    knots = np.unique(np.quantile(np.concatenate([getattr(o, plain.model.state) for o in fitted.outputs]), _SHARES))
     found: list[Shown] = []
     for own, experiment, outputs in zip(_signature(fitted, plain, effect), plain.followed, fitted.outputs, strict=True):
         ways: Shown = {}
         for name, observed in experiment.observed.items():
-            signature = own[name] - np.mean(own[name]) if name in FLOATING_ZERO else own[name]
+            signature = own[name] - np.mean(own[name]) if plain.model.channels[name].floating else own[name]
             size = float(np.sqrt(np.mean(signature**2)))
             if size > _NOTHING * plain.noise[name].sigma:
                 smooth = _smooth(drivers(experiment, outputs, observed.time), knots)
                 bent = [signature[:, None] * smooth, size * smooth]
-                if EFFECTS[effect].whole or EFFECTS[effect].moments:
+                if plain.model.effects[effect].whole or plain.model.effects[effect].moments:
                     bent.append(size * _moments(observed.time))
                 ways[name] = plain.policy.form * np.hstack(bent)
         found.append(ways)
@@ -74,7 +73,7 @@ def _bent(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
 
 def _smooth(state: Drivers, knots: Array) -> Array:
     """Functions of temperature, warming and cooling apart, that add up to one, shape (m, n)."""
-    levels, warming = hats(state.temperature, knots), (state.rate > 0.0)[:, None]
+    levels, warming = hats(state.level, knots), (state.rate > 0.0)[:, None]
     return np.hstack([levels * warming, levels * ~warming])
 
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.model.model import Channel
 from tcp_muscle_ros.diagnosis.noise.instruments import largest_noise
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, estimate, slow_size, whiten
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.muscle import Outputs
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -23,35 +23,36 @@ _LEVELS, _MOMENTS, _ELAPSED, _LENGTHS, _DRIVES = 6, 8, 4, 24, 4
 class Drivers:
     """What a residual may go with, at one channel's instants, each shape (m,): SI."""
 
-    temperature: Array
+    level: Array
     rate: Array
     heating: Array
     since_switch: Array
     elapsed: Array
     load: Array
-    displacement: Array
+    place: Array
     drive: Array
 
 
 def drivers(experiment: Experiment, outputs: Outputs, time: Array) -> Drivers:
     """The drivers at ``time``, from the model's state and the imposed inputs."""
     imposed = experiment.imposed
-    temperature = np.interp(time, outputs.time, outputs.fibre_temperature)
-    rate = np.interp(time, outputs.time, np.gradient(outputs.fibre_temperature, outputs.time))
+    state, motion = (getattr(outputs, name) for name in (experiment.model.state, experiment.model.motion))
+    level = np.interp(time, outputs.time, state)
+    rate = np.interp(time, outputs.time, np.gradient(state, outputs.time))
     at = np.clip(np.searchsorted(imposed.time, time + 1e-9, side='right') - 1, 0, imposed.time.size - 1)
     on = imposed.drive[at] > 0.05 * max(float(np.max(np.abs(imposed.drive))), 1e-12)
-    level = imposed.drive > 0.05 * max(float(np.max(np.abs(imposed.drive))), 1e-12)
+    driven = imposed.drive > 0.05 * max(float(np.max(np.abs(imposed.drive))), 1e-12)
     jumps = np.abs(np.diff(imposed.drive)) > 0.05 * max(float(np.ptp(imposed.drive)), 1e-12)
-    edges = np.concatenate([[imposed.time[0]], imposed.time[1:][jumps | (np.diff(level.astype(int)) != 0)]])
+    edges = np.concatenate([[imposed.time[0]], imposed.time[1:][jumps | (np.diff(driven.astype(int)) != 0)]])
     last = edges[np.maximum(np.searchsorted(edges, time + 1e-9, side='right') - 1, 0)]
     return Drivers(
-        temperature,
+        level,
         rate,
         on.astype(float),
         np.maximum(time - last, 0.0),
         time - imposed.time[0],
         imposed.load[at],
-        np.interp(time, outputs.time, outputs.displacement),
+        np.interp(time, outputs.time, motion),
         imposed.drive[at],
     )
 
@@ -73,34 +74,34 @@ def basis(found: Sequence[Drivers], stroke: bool) -> list[Array]:
     """
     pooled = {
         name: np.concatenate([getattr(d, name) for d in found])
-        for name in ('temperature', 'since_switch', 'load', 'displacement', 'drive', 'rate')
+        for name in ('level', 'since_switch', 'load', 'place', 'drive', 'rate')
     }
-    warm = _spread_knots(pooled['temperature'], _LEVELS)
+    warm = _spread_knots(pooled['level'], _LEVELS)
     moment = np.unique(
         np.concatenate([[0.0], np.geomspace(0.1, max(float(pooled['since_switch'].max()), 1.0), _MOMENTS)])
     )
     loads = _spread_knots(pooled['load'], 3)
-    places = _spread_knots(pooled['displacement'], _LENGTHS)
+    places = _spread_knots(pooled['place'], _LENGTHS)
     levels = _spread_knots(pooled['drive'], _DRIVES)
     quickest = max(float(np.max(np.abs(pooled['rate']))), 1e-12)
-    middle, span = float(np.mean(pooled['displacement'])), max(float(np.ptp(pooled['displacement'])), 1e-12)
+    middle, span = float(np.mean(pooled['place'])), max(float(np.ptp(pooled['place'])), 1e-12)
     columns: list[Array] = []
     for owner, d in enumerate(found):
         on, off = d.heating[:, None], 1.0 - d.heating[:, None]
         rate = d.rate[:, None] / quickest
         warming = (rate > 0.0).astype(float)
-        moved = (d.displacement[:, None] - middle) / span
+        moved = (d.place[:, None] - middle) / span
         groups = [
-            hats(d.temperature, warm) * warming,
-            hats(d.temperature, warm) * (1.0 - warming),
+            hats(d.level, warm) * warming,
+            hats(d.level, warm) * (1.0 - warming),
             np.hstack([rate, rate * np.abs(rate)]),
-            hats(d.displacement, places),
+            hats(d.place, places),
             hats(d.drive, levels),
             hats(d.since_switch, moment) * on,
             hats(d.since_switch, moment) * off,
         ]
         if loads.size > 1:
-            hot = (d.temperature - warm[0])[:, None] / max(float(np.ptp(warm)), 1e-9)
+            hot = (d.level - warm[0])[:, None] / max(float(np.ptp(warm)), 1e-9)
             groups += [hats(d.load, loads), hats(d.load, loads) * hot]
         knots = np.linspace(0.0, max(float(d.elapsed[-1]), 1e-9), _ELAPSED)
         course = hats(d.elapsed, knots)
@@ -141,7 +142,7 @@ def structure(
     floor: float,
     repeated: Noise | None = None,
     averaged: float = 1.0,
-    channel: str = '',
+    channel: Channel | None = None,
     *,
     most_of_single: float,
 ) -> Structure:
@@ -153,7 +154,7 @@ def structure(
     ``most_of_single``: times the noise of single readings, which it is at most beside that wander. ``channel``: which
     it is; one that shows the stroke wears and is broken in.
     """
-    columns = basis(found, channel in STROKE)
+    columns = basis(found, channel is not None and channel.floating)
     stacked, together = np.vstack(columns), np.concatenate(residuals)
     weights = _solve(stacked, together)
     left = [r - c @ weights for r, c in zip(residuals, columns, strict=True)]

@@ -20,7 +20,7 @@ _APART, _MOST = 20.0, 40  # s between the knots of what a thermometer may have m
 
 def thermal_lag(fitted: Fit) -> float:
     """The thermal time constant, s."""
-    return float(fitted.muscle['C'] / fitted.muscle['hA'])
+    return fitted.problem.model.time_constant(fitted.muscle)
 
 
 def knots_of(experiment: Experiment, apart: float, most: int) -> Array:

@@ -24,12 +24,13 @@ def clusters(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> t
     The first by channel and state (temperature, warming or cooling), shared by all recordings; the second by channel
     and stretch of time.
     """
-    hot = np.quantile(np.concatenate([o.fibre_temperature for o in outputs]), np.linspace(0.0, 1.0, _LEVELS + 1)[1:-1])
+    levels = [getattr(o, e.model.state) for e, o in zip(experiments, outputs, strict=True)]
+    hot = np.quantile(np.concatenate(levels), np.linspace(0.0, 1.0, _LEVELS + 1)[1:-1])
     channels = sorted({name for e in experiments for name in e.observed})
     states, stretches, used = [], [], 0
-    for experiment, out in zip(experiments, outputs, strict=True):
-        cooling = np.gradient(out.fibre_temperature, out.time) < 0.0
-        state = np.searchsorted(hot, out.fibre_temperature) + _LEVELS * cooling
+    for experiment, out, level in zip(experiments, outputs, levels, strict=True):
+        cooling = np.gradient(level, out.time) < 0.0
+        state = np.searchsorted(hot, level) + _LEVELS * cooling
         for name, observed in experiment.observed.items():
             at = np.clip(np.searchsorted(out.time, observed.time), 0, out.time.size - 1)
             states.append(state[at] + 2 * _LEVELS * channels.index(name))

@@ -15,9 +15,9 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Slip
 from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS, STICKS, SWINGS
+from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE
-from tcp_muscle_ros.muscle import EFFECTS, Parameters, length
+from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.inputs import distance
 
@@ -106,13 +106,13 @@ def _less(before: Fit, after: Fit, share: float) -> bool:
 
 
 def _found(
-    fitted: Fit, clear: float, apart: float, reaches: Sequence[float], channels: Collection[str] = STROKE
+    fitted: Fit, clear: float, apart: float, reaches: Sequence[float], channels: Collection[str] | None = None
 ) -> list[list[Slip]]:
     """The sudden steps in what a fit leaves of these channels, clear of the inputs' own, by recording."""
     problem, swings = fitted.problem, SWINGS in fitted.problem.parameters.effects
-    found = []
+    found, looked = [], floating(problem.model) if channels is None else channels
     for experiment, latent, mine in zip(problem.followed, problem.latents, fitted.left, strict=True):
-        left = {name: mine[name] for name in mine if name in channels}
+        left = {name: mine[name] for name in mine if name in looked}
         found.append(_steps(experiment, latent.slips, left, clear, apart, reaches, swings))
     return found
 
@@ -130,21 +130,16 @@ def taken_out(fitted: Fit) -> Fit:
 def mean_leakage(fitted: Fit) -> tuple[float, float] | None:
     """The rate (1/s) of the effect whose mean the slips of a fit are, from no contraction on; and its standard
     deviation. None without any, or where the effect's own flow was fitted."""
-    slips = [slip.size for slip in fitted.problem.slips if slip.channel == 'displacement']
+    slips = [slip.size for slip in fitted.problem.slips if slip.channel == fitted.problem.model.motion]
     if not slips or SLIPS in fitted.problem.parameters.effects:
         return None
     exposed = 0.0
     for experiment, outputs in zip(fitted.problem.experiments, fitted.outputs, strict=True):
-        if 'displacement' in experiment.observed:
-            contracted = np.maximum(_contraction(fitted.muscle, outputs.fibre_temperature), 0.0)
+        if experiment.model.motion in experiment.observed:
+            contracted = np.maximum(experiment.model.exposed(fitted.muscle, outputs), 0.0)
             exposed += float(np.sum(contracted[:-1] * np.diff(outputs.time)))
     rate = sum(slips) / exposed
     return rate, rate * float(np.sqrt(1.0 + np.var(slips) / np.mean(slips) ** 2) / np.sqrt(len(slips)))
-
-
-def _contraction(muscle: Parameters, temperature: Array) -> Array:
-    """By heat alone, m, shape as ``temperature``."""
-    return np.asarray(length(muscle, muscle['T0'], 0.0) - length(muscle, temperature, 0.0))
 
 
 def _with(fitted: Fit, slips: Sequence[Sequence[Slip]]) -> Fit:

@@ -27,7 +27,9 @@ def structures(fitted: Fit) -> dict[str, Structure]:
         mine = [left[k][name] for k in owners]
         averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
         repeated = pure_error(problem.experiments, left, name, twice)
-        found[name] = structure(mine, times, drive, floor[name], repeated, averaged, name, most_of_single=most)
+        found[name] = structure(
+            mine, times, drive, floor[name], repeated, averaged, problem.model.channels[name], most_of_single=most
+        )
     return found
 
 

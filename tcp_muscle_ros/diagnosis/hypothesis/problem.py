@@ -4,35 +4,29 @@ The residual of every channel is divided by its noise and whitened; the zero of 
 unknown of each recording and is projected out exactly.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent, Slip
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import AMBIENT, SEPARABLE, START, Unknown
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
+from tcp_muscle_ros.diagnosis.model.model import Model, floating
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START, Unknown
 from tcp_muscle_ros.diagnosis.noise.discrepancy import expected, whitening_of
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.late import Late, taken_out
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Outputs, Parameters
+from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array, Mask
-from tcp_muscle_ros.muscle.stepping import SUBSTEP
-from tcp_muscle_ros.muscle.table import INDEX
 from tcp_muscle_ros.settings.policy import Policy, shipped
 
-FLOATING_ZERO = STROKE  # channels whose zero is a convention of the rig
 _RESOLUTION = 0.125  # of the usual substeps
-_ROUNDS = 4.0  # of the model's loop for motion, about
-# Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.
-_SURVIVED, _MELTING_SPREAD = 273.15 + 220.0, 5.0  # K
-_MELTING = 'melting'  # beside the channels: how far beyond it the fibre got
+_STRAIN = 'strain'  # beside the channels: how far the machine was beyond what it survives
 
 Values = Mapping[tuple[str, int | None], float]
-Shown = dict[str, Array]  # by channel and _MELTING, what a model shows in one recording; or its slopes, a column each
+Shown = dict[str, Array]  # by channel and _STRAIN, what a model shows in one recording; or its slopes, a column each
 
 
 @dataclass(frozen=True)
@@ -73,6 +67,11 @@ class Problem:
             latents=tuple(latent.only(mine) for latent, mine in zip(self.latents, keep, strict=True)),
         )
 
+    @property
+    def model(self) -> Model:
+        """What the experiments were recorded of."""
+        return self.experiments[0].model
+
     @cached_property
     def followed(self) -> tuple[Experiment, ...]:
         """The experiments as the model follows them: under what was imposed, which is not always what was read."""
@@ -98,7 +97,8 @@ class Problem:
     @property
     def ages(self) -> tuple[str, ...]:
         """The parameters that count the muscle's cycles or seconds before a recording."""
-        return tuple(f'{e}.{EFFECTS[e].age}' for e in self.parameters.effects if EFFECTS[e].age)
+        effects = self.model.effects
+        return tuple(f'{e}.{effects[e].age}' for e in self.parameters.effects if effects[e].age)
 
     def values(self, z: Array) -> dict[tuple[str, int | None], float]:
         """Coordinates to values."""
@@ -109,10 +109,10 @@ class Problem:
         one."""
         mine = {n: v for (n, owner), v in values.items() if owner in (None, recording) and n not in (AMBIENT, START)}
         if recording is None:
-            mine |= _typical(values)
+            mine |= _typical(values, self.model.separate)
         else:
             before = {'1': self.latents[recording].cycles, 's': self.latents[recording].used}
-            mine |= {name: self.parameters[name] + before[SPECIFICATIONS[name].unit] for name in self.ages}
+            mine |= {name: self.parameters[name] + before[self.model.specifications[name].unit] for name in self.ages}
         return self.parameters.replace(mine)
 
     def outputs(self, values: Values, recording: int) -> Outputs:
@@ -124,8 +124,8 @@ class Problem:
         experiment = self.followed[recording]
         ambient, fitted = experiment.imposed.ambient, values.get((AMBIENT, recording))
         room = self.latents[recording].room(ambient if fitted is None else np.full(ambient.size, fitted))
-        muscle, late = taken_out(self.muscle(values, recording))
-        self.work.add(_steps(muscle, experiment))
+        muscle, late = taken_out(self.muscle(values, recording), self.model)
+        self.work.add(self.model.steps(experiment, muscle, _RESOLUTION))
         return experiment.outputs(muscle, values.get((START, recording)), _RESOLUTION, ambient=room), late
 
     def predict(self, values: Values, recording: int) -> Shown:
@@ -133,7 +133,7 @@ class Problem:
         outputs, late = self._run(values, recording)
         experiment = self.followed[recording]
         shown = self.latents[recording].slipped(experiment.shown(outputs, late), experiment.observed)
-        return shown | {_MELTING: _beyond_melting(outputs)}
+        return shown | {_STRAIN: np.array([self.model.strained(outputs)])}
 
     def predictions(self, z: Array) -> list[Shown]:
         """What the model shows in every recording."""
@@ -143,15 +143,15 @@ class Problem:
     def residual(self, predicted: Shown, recording: int, zeros: Mapping[str, float] | None = None) -> Array:
         """Whitened residuals of one recording, channel after channel, floating zeros projected out, shape (m,).
 
-        ``zeros``: those that are known, by channel. The last entry is not data: it keeps the fibre below the melting
-        point, for the muscle survived.
+        ``zeros``: those that are known, by channel. The last entry is not data: it keeps the machine within what
+        it survives, for it did.
         """
         parts = []
         for name, observed in self.experiments[recording].observed.items():
             zero = (zeros or {}).get(name)
             raw = observed.value - predicted[name] - (zero or 0.0)
             parts.append(self._whitened(name, raw * self.weight(name, recording), recording, zero is None))
-        return np.concatenate([*parts, predicted[_MELTING]])
+        return np.concatenate([*parts, predicted[_STRAIN]])
 
     def residuals(self, predictions: Sequence[Shown]) -> list[Array]:
         """The same of every recording."""
@@ -167,7 +167,7 @@ class Problem:
             self._whitened(name, -slopes[name] * self.weight(name, recording)[:, None], recording, True)
             for name in self.experiments[recording].observed
         ]
-        return np.vstack([*parts, slopes[_MELTING]])
+        return np.vstack([*parts, slopes[_STRAIN]])
 
     def weight(self, channel: str, recording: int) -> Array:
         """What each value of a channel weighs beside a usual one, shape (m,)."""
@@ -176,7 +176,7 @@ class Problem:
     def _whitened(self, channel: str, weighted: Array, recording: int, floating: bool) -> Array:
         """Residuals (m,) or columns (m, n) whitened, the floating zero projected out."""
         white = self._whitening[channel, recording](weighted)
-        if channel not in FLOATING_ZERO or not floating:
+        if not self.model.channels[channel].floating or not floating:
             return white
         constant = self._constants[channel, recording]
         return np.asarray(white - np.multiply.outer(constant, constant @ white))
@@ -195,7 +195,7 @@ class Problem:
         """The whitened constant of every channel with a floating zero, as a unit vector."""
         constants = {}
         for k, experiment in enumerate(self.experiments):
-            for name in FLOATING_ZERO:
+            for name in floating(self.model):
                 if name in experiment.observed:
                     white = self._whitening[name, k](self.weight(name, k))
                     constants[name, k] = white / np.linalg.norm(white)
@@ -205,7 +205,7 @@ class Problem:
         """The floating zeros that the projection takes out (SI): recorded minus predicted, by channel."""
         found = {}
         for name, observed in self.experiments[recording].observed.items():
-            if name in FLOATING_ZERO:
+            if self.model.channels[name].floating:
                 whitened, weight = self._whitening[name, recording], self.weight(name, recording)
                 constant = whitened(weight)
                 white = whitened((observed.value - predicted[name]) * weight)
@@ -239,22 +239,10 @@ def without_effect(problem: Problem, effect: str) -> tuple[Problem, list[int]]:
     return replace(problem, parameters=problem.parameters.only_effects(effects), unknowns=unknowns), kept
 
 
-def _typical(values: Values) -> dict[str, float]:
+def _typical(values: Values, separate: Collection[str]) -> dict[str, float]:
     """The geometric mean of each parameter of the muscle (above zero) that every recording has for itself."""
     own: dict[str, list[float]] = {}
     for (name, owner), value in values.items():
-        if owner is not None and name in SEPARABLE:
+        if owner is not None and name in separate:
             own.setdefault(name, []).append(value)
     return {name: float(np.exp(np.mean(np.log(found)))) for name, found in own.items()}
-
-
-def _steps(muscle: Parameters, experiment: Experiment) -> float:
-    """About how many steps the model takes."""
-    steps = float(experiment.imposed.time.size)
-    if muscle.vector[INDEX['integrated']]:
-        steps += experiment.duration * muscle.followed(_RESOLUTION, experiment.hottest)[INDEX['fastest_rate']] / SUBSTEP
-    return steps * (_ROUNDS if muscle.vector[INDEX['motion']] else 1.0)
-
-
-def _beyond_melting(outputs: Outputs) -> Array:
-    return np.array([max(0.0, float(outputs.fibre_temperature.max()) - _SURVIVED) / _MELTING_SPREAD])

@@ -12,7 +12,6 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.noise.replicates import Protocol, protocols
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE
 from tcp_muscle_ros.muscle.arrays import Array
 
 BEFORE = 2.0  # s before the switch, from which runs are compared
@@ -93,7 +92,7 @@ def side_by_side(experiments: Sequence[Experiment], protocol: Protocol, channel:
         first = max(first, -BEFORE)  # at rest before: nothing that could differ
     time = np.arange(first, last, step)
     values = np.stack([np.interp(time, t, o.value) for t, o in zip(since, columns, strict=True)])
-    if channel in STROKE and np.any(time <= 0.0):
+    if experiments[0].model.channels[channel].floating and np.any(time <= 0.0):
         values = values - np.median(values[:, time <= 0.0], axis=1)[:, None]
     return time, values
 

@@ -6,7 +6,8 @@ from typing import overload
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE, Observed
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import STROKE
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.observation.scatter import white_sigma
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 from tcp_muscle_ros.recording.inputs import SAME_INSTANT, changes, distance

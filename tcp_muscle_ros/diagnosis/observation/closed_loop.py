@@ -16,7 +16,7 @@ def is_closed_loop(experiment: Experiment) -> bool:
 
     A sine or a chirp that a generator plays knows nothing of the sensor's noise.
     """
-    drive, seen = experiment.imposed.drive, experiment.observed.get('displacement')
+    drive, seen = experiment.imposed.drive, experiment.observed.get(experiment.model.motion)
     if np.unique(np.round(drive, 6)).size <= _LEVELS:
         return False
     if experiment.known.get(FOLLOWS_SETPOINT) is True:

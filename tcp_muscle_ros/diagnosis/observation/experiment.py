@@ -10,21 +10,22 @@ from functools import cached_property
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.model.model import Model
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.observation.between import bends, weights
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.late import Late
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
-from tcp_muscle_ros.muscle import Outputs, Parameters, simulate
+from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array, Mask, Places
-
-_HOTTER = 20.0  # K: the fibre than its thermometer, at most
 
 
 @dataclass(frozen=True)
 class Experiment:
     """One recording as the model sees it: what was read, and nothing that is inferred (see hypothesis/latents.py).
 
-    ``notes`` say what was assumed, for people to read; ``start_ns``: when it began, by its own clock.
+    ``notes`` say what was assumed, for people to read; ``start_ns``: when it began, by its own clock;
+    ``model``: what it was recorded of.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Experiment:
     known: Mapping[str, object] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     start_ns: int = 0
+    model: Model = TCP_MUSCLE
 
     def outputs(
         self,
@@ -45,24 +47,8 @@ class Experiment:
     ) -> Outputs:
         """The model's outputs (or only some) at ``imposed.time``; ``temperature`` (K) at the start, default the
         ambient; ``ambient`` (K, shape as ``imposed.time``), default as it was read."""
-        imposed, holding = self.imposed, self.holding
-        return simulate(
-            parameters,
-            imposed.time,
-            imposed.drive,
-            kind=imposed.kind,
-            load=imposed.load,
-            ambient=imposed.ambient if ambient is None else ambient,
-            end=holding.end,
-            starting_load=holding.starting_load,
-            held_length=holding.held_length,
-            spring_rate=holding.spring_rate,
-            spring_rest_length=holding.spring_rest_length,
-            temperature=temperature,
-            resolution=resolution,
-            hottest=self.hottest,
-            only=only,
-        )
+        found: Outputs = self.model.simulate(self, parameters, temperature, resolution, only, ambient)
+        return found
 
     def predict(
         self, parameters: Parameters, temperature: float | None = None, ambient: Array | None = None
@@ -99,12 +85,6 @@ class Experiment:
         imposed = self.imposed
         corner, jump = bends(imposed.drive, imposed.load)
         return {name: weights(imposed.time, corner, jump, observed.time) for name, observed in self.observed.items()}
-
-    @cached_property
-    def hottest(self) -> float | None:
-        """K, that the muscle certainly did not exceed: a bead in its surface may show less than the fibre has."""
-        seen = self.observed.get('temperature')
-        return None if seen is None or not seen.value.size else float(seen.value.max()) + _HOTTER
 
     @property
     def duration(self) -> float:

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.model.model import Model
 from tcp_muscle_ros.diagnosis.observation.imposed import Imposed
-from tcp_muscle_ros.diagnosis.observation.observed import STROKE, Observed
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 _SAMPLES = 12  # at most, by which a mean is taken
@@ -19,11 +20,13 @@ _SAMPLES = 12  # at most, by which a mean is taken
 
 @dataclass(frozen=True)
 class Late:
-    """Which channel is late: by ``delay`` (s) and a share ``pace`` of the time since the start (``Effect.late``)."""
+    """Which channel is late: by ``delay`` (s) and a share ``pace`` of the time since the start (``Effect.late``). It
+    ``jumps`` with a step of the load, where it shows how the end moves."""
 
     channel: str
     delay: float
     pace: float
+    jumps: bool = False
 
     def seen(self, imposed: Imposed, shown: Array, observed: Observed) -> Array:
         """What is shown at ``imposed.time``, read late where it was observed, shape as ``observed.time``.
@@ -32,22 +35,22 @@ class Late:
         a delay of nothing is nothing.
         """
         middle = np.interp(observed.time, imposed.time, shown)
-        time, shown = _with_both_sides(imposed, shown) if self.channel in STROKE else (imposed.time, shown)
+        time, shown = _with_both_sides(imposed, shown) if self.jumps else (imposed.time, shown)
         instants = _samples(observed)
         behind = self.delay + self.pace * (instants - imposed.time[0])
         change = np.interp(instants - behind, time, shown) - np.interp(instants, time, shown)
         return np.asarray(middle + change.mean(axis=1))
 
 
-def taken_out(muscle: Parameters) -> tuple[Parameters, Late | None]:
+def taken_out(muscle: Parameters, model: Model) -> tuple[Parameters, Late | None]:
     """The muscle without a late channel, and which one it is."""
     for effect in muscle.effects:
-        late = EFFECTS[effect].late
+        late = model.effects[effect].late
         if late is not None:
             delay, pace, channel = (f'{effect}.{name}' for name in late)
-            which = SPECIFICATIONS[channel].choices[round(muscle[channel])]
+            which = model.specifications[channel].choices[round(muscle[channel])]
             prompt = muscle.only_effects(e for e in muscle.effects if e != effect)
-            return prompt, Late(which, muscle[delay], muscle[pace])
+            return prompt, Late(which, muscle[delay], muscle[pace], model.channels[which].floating)
     return muscle, None
 
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from tcp_muscle_ros.muscle.arrays import Array, Mask, Places
 
-STROKE = ('displacement', 'force')  # the channels that show it: free, and held
 _CONTIGUOUS = 1.5  # times the width of two blocks: what lies farther apart has a gap between
 _GROWS = 5.0  # at most, towards a step
 

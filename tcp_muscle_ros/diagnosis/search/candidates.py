@@ -15,7 +15,9 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Effect
+from tcp_muscle_ros.diagnosis.model.model import Model
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
+from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
 _WORKERS = 2
@@ -32,7 +34,7 @@ class Candidate:
     ``gain``: expected drop of the misfit; ``signal``: norm of what remains of its direction at full plausible strength
     once the unknowns have mimicked what they can, in units of the noise; ``values``: where a refit should start;
     ``own``: the same for each recording, where every recording has its own, else empty; ``second``: where else to
-    start, the best of the other sets.
+    start, the best of the other sets; ``model``: what it is an effect of.
     """
 
     effect: str
@@ -41,11 +43,12 @@ class Candidate:
     signal: float
     own: tuple[dict[str, float], ...] = ()
     second: dict[str, float] | None = None
+    model: Model = TCP_MUSCLE
 
     @property
     def definition(self) -> Effect:
         """What the effect says of itself."""
-        return EFFECTS[self.effect]
+        return self.model.effects[self.effect]
 
     @property
     def stage(self) -> str:
@@ -66,9 +69,8 @@ class Candidate:
         """
         definition = self.definition
         key = f'{self.effect}.{definition.strength}'
-        usual = abs(SPECIFICATIONS[key].value - definition.none)
-
-        low, high = SPECIFICATIONS[key].low, SPECIFICATIONS[key].high
+        row = self.model.specifications[key]
+        usual, low, high = abs(row.value - definition.none), row.low, row.high
 
         def moved(values: dict[str, float], share: float, of_usual: bool) -> dict[str, float]:
             reached = values[key] - definition.none
@@ -94,15 +96,15 @@ def with_effect(problem: Problem, candidate: Candidate) -> Problem:
         added = [
             unknown
             for k, values in enumerate(candidate.own)
-            for unknown in effect_unknowns(candidate.effect, parameters.replace(values), k)
+            for unknown in effect_unknowns(problem.model, candidate.effect, parameters.replace(values), k)
         ]
     else:
-        added = effect_unknowns(candidate.effect, parameters)
+        added = effect_unknowns(problem.model, candidate.effect, parameters)
     return replace(problem, parameters=parameters, unknowns=(*problem.unknowns, *added))
 
 
 def variants(
-    effect: str, duration: float, spans: Mapping[str, tuple[float, float]] | None = None
+    model: Model, effect: str, duration: float, spans: Mapping[str, tuple[float, float]] | None = None
 ) -> list[dict[str, float]]:
     """Sets of an effect's parameters to try: the usual one, a weak one, each secondary parameter low and high; for each
     choice.
@@ -110,11 +112,11 @@ def variants(
     Instants and spans are tried all over the recording, whose ``duration`` (s) is given; what an output has to cross,
     all over the span of that output (``spans``, by its name).
     """
-    definition = EFFECTS[effect]
+    definition = model.effects[effect]
     usual = {f'{effect}.{row.name}': row.value for row in definition.parameters}
     if definition.whole:
         key = f'{effect}.{definition.whole}'
-        usual[key] = min(max(duration, SPECIFICATIONS[key].low), SPECIFICATIONS[key].high)
+        usual[key] = min(max(duration, model.specifications[key].low), model.specifications[key].high)
     if definition.moments:
         begin, span = (f'{effect}.{name}' for name in definition.moments)
         return [{**usual, begin: at * duration, span: long * duration} for at in _BEGINS for long in _SPANS]
@@ -160,7 +162,7 @@ class Screen:
         """From a fit: its residuals with the part that its own unknowns could still move taken out."""
         projection = Projection.of(fitted)
         spans = {}
-        for name in {row.crossed for row in SPECIFICATIONS.values()} - {''}:
+        for name in {row.crossed for row in fitted.problem.model.specifications.values()} - {''}:
             shown = np.concatenate([getattr(o, name) for o in fitted.outputs])
             spans[name] = float(shown.min()), float(shown.max())
         return cls(fitted, projection.orthonormal, projection.left, spans)
@@ -184,29 +186,29 @@ class Screen:
         whole = np.concatenate([*change, np.zeros(self.fit.z.size)])
         direction = whole - self.orthonormal @ (self.orthonormal.T @ whole)
         power = float(direction @ direction)
-        definition = EFFECTS[effect]
+        definition, model = self.fit.problem.model.effects[effect], self.fit.problem.model
         strength = next(row for row in definition.parameters if row.name == definition.strength)
         typical = values[f'{effect}.{strength.name}'] - definition.none
         if power < 1e-12 or typical == 0.0:
-            return Candidate(effect, values, 0.0, 0.0)
+            return Candidate(effect, values, 0.0, 0.0, model=model)
         low, high = (strength.low - definition.none) / typical, (strength.high - definition.none) / typical
         amount = float(np.clip(float(direction @ self.left) / power, min(low, high), max(low, high)))
         gain = 2.0 * amount * float(direction @ self.left) - amount**2 * power
         start = dict(values)
         # A start at exactly nothing has no slope in the secondary parameters.
         start[f'{effect}.{strength.name}'] = definition.none + typical * (amount if abs(amount) > 0.05 else 0.05)
-        return Candidate(effect, start, max(gain, 0.0), float(np.sqrt(power)))
+        return Candidate(effect, start, max(gain, 0.0), float(np.sqrt(power)), model=model)
 
     def candidates(self, effect: str) -> list[Candidate]:
         """The effect in each of its variants; a circumstance also with each recording's own best variant."""
-        experiments = self.fit.problem.experiments
+        experiments, model = self.fit.problem.experiments, self.fit.problem.model
         tried = []
-        for values in variants(effect, max(e.duration for e in experiments), self.spans):
+        for values in variants(model, effect, max(e.duration for e in experiments), self.spans):
             change = self.change(effect, values)
             if change is not None:
                 tried.append((values, change))
         found = [self.judge(effect, values, change) for values, change in tried]
-        if found and EFFECTS[effect].circumstance and len(experiments) > 1:
+        if found and model.effects[effect].circumstance and len(experiments) > 1:
             own = []
             for k in range(len(experiments)):
                 alone = [
@@ -215,7 +217,7 @@ class Screen:
                 ]
                 own.append(max(alone, key=lambda c: c.gain))
             gain, signal = sum(c.gain for c in own), float(np.sqrt(sum(c.signal**2 for c in own)))
-            found.append(Candidate(effect, own[0].values, gain, signal, tuple(c.values for c in own)))
+            found.append(Candidate(effect, own[0].values, gain, signal, tuple(c.values for c in own), model=model))
         return found
 
 

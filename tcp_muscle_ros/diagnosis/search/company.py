@@ -10,13 +10,10 @@ from tcp_muscle_ros.diagnosis.hypothesis.roles import SWINGS
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, conditions, confirmation, stretches
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, prefer, rivals_for, shrink, times_usual
-from tcp_muscle_ros.muscle import EFFECTS
 
 _REVISED = 3  # rivals that an effect must hold against
 _MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
 _LEAST_APART = 0.08  # of what an effect beside others takes of all at least, where an effect stands apart
-# Channels that show a stage; what the end does shows all that is mechanical, for want of anything else.
-_SHOWN_BY = {'thermal': {'temperature', 'resistance'}, 'electrical': {'resistance'}}
 _TRIFLE = 0.1  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
 
@@ -67,7 +64,8 @@ def least_of_rest(rival: Rival, usually: float) -> float:
 
 def _shown(effect: str, fitted: Fit) -> bool:
     """Whether a recorded channel shows the stage of an effect, other than by what follows from it."""
-    shown_by = _SHOWN_BY.get(EFFECTS[effect].stage)
+    model = fitted.problem.model
+    shown_by = model.shown_by.get(model.effects[effect].stage)
     return shown_by is None or any(shown_by & set(e.observed) for e in fitted.problem.experiments)
 
 
@@ -75,8 +73,9 @@ def stands_apart(effect: str, fitted: Fit, accepted: Sequence[str]) -> bool:
     """Whether it is physics of a stage of which nothing was found yet: what a form leaves, effects of its own stage
     explain best, and of a stage that no channel shows any does. Circumstances bend to anything, what is left of a swing
     to much, and any form's rest looks like some physics that is fainter than is known of the fibre."""
-    found = {EFFECTS[other].stage for other in accepted if other != effect}
-    definition = EFFECTS[effect]
+    effects = fitted.problem.model.effects
+    found = {effects[other].stage for other in accepted if other != effect}
+    definition = effects[effect]
     if definition.stage in found | {'sensor'} or definition.circumstance or SWINGS in accepted:
         return False
     return _shown(effect, fitted) and times_usual(Rival(effect, fitted, 0.0)) >= fitted.problem.policy.faint_beside

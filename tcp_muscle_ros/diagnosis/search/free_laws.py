@@ -15,7 +15,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import Unknown
+from tcp_muscle_ros.diagnosis.model.unknown import Unknown
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink
@@ -25,14 +25,6 @@ from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.free_basis import FREE, Basis, basis
 
 _KNOTS = 4
-# The drivers that are tried, and the outputs that tell where they go. A time is no law of a material, and a power tells
-# little that a current does not.
-_OUTPUTS = {
-    'temperature': 'fibre_temperature',
-    'current': 'current',
-    'length': 'length',
-    'force': 'force',
-}
 _TRIED = 2  # laws that are refitted beside, and instead of, what is there
 HALF = 0.5  # of what is left, that a law takes away at least
 _PROBE = 0.1  # of a coefficient's prior spread, by which its slope is taken
@@ -147,7 +139,7 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None) -> list[L
             continue
         free = EFFECTS[effect].free
         for driver in free.drivers if free is not None else ():
-            if driver not in _OUTPUTS:
+            if driver not in fitted.problem.model.laws:
                 continue
             low, high = _range(fitted, driver)
             if high <= low:
@@ -162,7 +154,8 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None) -> list[L
 
 def _range(fitted: Fit, driver: str) -> tuple[float, float]:
     """Where a driver goes in the recordings; a constant one has none."""
-    seen = np.concatenate([getattr(o, _OUTPUTS[driver]) for o in fitted.outputs])
+    column = fitted.problem.model.laws[driver]
+    seen = np.concatenate([getattr(o, column) for o in fitted.outputs])
     low, high = float(seen.min()), float(seen.max())
     spare = _MARGIN * (high - low)
     return (low - spare, high + spare) if high - low > 1e-6 * max(abs(high), 1e-12) else (low, low)

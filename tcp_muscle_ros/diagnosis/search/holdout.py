@@ -9,8 +9,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown, without_effect
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import START
-from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.diagnosis.model.unknown import START
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 _STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
@@ -258,7 +257,7 @@ def touched(before: Fit, after: Fit) -> frozenset[str] | None:
     """
     more = set(after.problem.parameters.effects) - set(before.problem.parameters.effects)
     effect = more.pop() if len(more) == 1 else ''
-    if not effect or EFFECTS[effect].stage == 'sensor':
+    if not effect or after.problem.model.effects[effect].stage == 'sensor':
         return None
     return changed_by(after, effect) or None
 

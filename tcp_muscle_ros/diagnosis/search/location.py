@@ -10,7 +10,6 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, slow_size
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
-STAGE_OF = {'temperature': 'thermal', 'resistance': 'electrical', 'displacement': 'mechanical', 'force': 'mechanical'}
 _TRANSITION = 2.0  # s after a switch
 _STEADY = 0.02  # of the largest rate: slower is rest
 _WINDOW = 10.0  # s
@@ -86,7 +85,7 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
         seen.append(drivers(problem.followed[k], outputs, problem.experiments[k].observed[channel].time))
     misfit = np.concatenate(smooth)
     energy = misfit**2
-    temperature = np.concatenate([d.temperature for d in seen])
+    temperature = np.concatenate([d.level for d in seen])
     phases = _phases(seen)
     picked = _strong_phases(phases, energy)
     low, high, share = _narrowest(temperature, energy, 0.6)
@@ -97,14 +96,15 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
     kept = np.split(inside, np.cumsum([part.size for part in smooth])[:-1])
     missed = [fitted.left[k][channel][there] for k, there in zip(owners, kept, strict=True)]
     size, mean = _typical(missed, found[channel].noise)
-    found_drivers = [Driver('temperature', low, high, share, 'K')]
+    found_drivers = [Driver(problem.model.state_title, low, high, share, problem.model.state_unit)]
     load = np.concatenate([d.load for d in seen])
     if np.ptp(load) > 0.0:
         a, b, part = _narrowest(load, energy, 0.6)
         if part > 0.6 and (a, b) != (float(load.min()), float(load.max())):
             found_drivers.append(Driver('load', a, b, part, 'N'))
     intervals = _intervals(owners, [problem.experiments[k].observed[channel].time for k in owners], smooth)
-    return Location(stage or STAGE_OF[channel], channel, picked, tuple(found_drivers), intervals, size, mean)
+    stage = stage or problem.model.channels[channel].stage
+    return Location(stage, channel, picked, tuple(found_drivers), intervals, size, mean)
 
 
 def _phases(seen: Sequence[Drivers]) -> dict[str, Mask]:

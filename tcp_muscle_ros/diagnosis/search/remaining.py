@@ -1,6 +1,6 @@
 """What remains when the search has ended: misfit that no effect took away."""
 
-from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained, locate
+from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.diagnosis.search.shared import wandering
 
@@ -56,4 +56,6 @@ def _leaps(selection: Selection) -> Unexplained | None:
     elapsed = [slip.time - start for _, start, slip in when]
     k, _, largest = max(when, key=lambda found: abs(found[2].size))
     around = (k, largest.time - _AROUND, largest.time + _AROUND)
-    return Unexplained(STAGE_OF[channel], channel, went[channel], 'elapsed', min(elapsed), max(elapsed), around)
+    return Unexplained(
+        problem.model.channels[channel].stage, channel, went[channel], 'elapsed', min(elapsed), max(elapsed), around
+    )

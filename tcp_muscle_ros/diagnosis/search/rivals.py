@@ -9,7 +9,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, structures, with_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import without_effect
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Effect
+from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.settings.policy import Policy
 
@@ -34,7 +34,7 @@ class Rival:
     @property
     def definition(self) -> Effect:
         """What the effect says of itself."""
-        return EFFECTS[self.effect]
+        return self.fit.problem.model.effects[self.effect]
 
     @property
     def policy(self) -> Policy:
@@ -236,7 +236,7 @@ def _at_its_end(rival: Rival, name: str = '') -> bool:
     own = [u for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.')]
     bounded = [(u, values[u.key]) for u in own if name in ('', u.name)]
     return any(
-        np.isclose(value, end, rtol=_END) and end != SPECIFICATIONS[u.name].value
+        np.isclose(value, end, rtol=_END) and end != rival.fit.problem.model.specifications[u.name].value
         for u, value in bounded
         for end in (u.low, u.high)
     )
@@ -272,4 +272,5 @@ def _strengths(rival: Rival) -> Array:
     definition = rival.definition
     key = f'{rival.effect}.{definition.strength}'
     each = [value for (name, _), value in rival.fit.values.items() if name == key] if own(rival) else []
-    return (np.array(each or [rival.fit.muscle[key]]) - definition.none) / (SPECIFICATIONS[key].value - definition.none)
+    usual = rival.fit.problem.model.specifications[key].value
+    return (np.array(each or [rival.fit.muscle[key]]) - definition.none) / (usual - definition.none)

@@ -29,7 +29,7 @@ from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirm
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised
-from tcp_muscle_ros.muscle import EFFECTS, Effect
+from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
 _REVISIONS = 2
@@ -51,7 +51,7 @@ class Chosen:
     @property
     def definition(self) -> Effect:
         """What the effect says of itself."""
-        return EFFECTS[self.effect]
+        return self.rivals[0].fit.problem.model.effects[self.effect]
 
     @property
     def indistinguishable(self) -> tuple[str, ...]:
@@ -270,8 +270,9 @@ class _Search:
         """Accept what stands beside those accepted, and drop those in whose place it stands."""
         present = slips.further(self.present) if self.slipping else self.present
         # What a swing leaves of itself, all that changes a stiffness or a length bends to.
-        hidden = EFFECTS[SWINGS].stage if SWINGS in self.accepted else None
-        pool = [e for e in self.effects if e not in (*self.accepted, SWINGS) and EFFECTS[e].stage != hidden]
+        effects = present.problem.model.effects
+        hidden = effects[SWINGS].stage if SWINGS in self.accepted else None
+        pool = [e for e in self.effects if e not in (*self.accepted, SWINGS) and effects[e].stage != hidden]
         found = companions(present, self.accepted, pool, self.calibrated, self.most, self.progress)
         self.present = found.fit
         self.contests, self.standing = self.contests | found.contests, self.standing | found.standing

@@ -13,7 +13,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.search.location import STAGE_OF, Unexplained
+from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -40,12 +40,13 @@ def wandering(selection: Selection) -> Unexplained | None:
     if found is None:
         return None
     floor = quick_noise(selection.final.problem.experiments)
-    channel = min(found.channels, key=tuple(STAGE_OF).index)
+    channels = selection.final.problem.model.channels
+    channel = min(found.channels, key=tuple(channels).index)
     k, start, end = found.interval
     begin = float(selection.final.problem.experiments[k].imposed.time[0])
     had, has = (fit.mean_square[channel] - floor[channel].sigma ** 2 for fit in (selection.calibrated, selection.final))
     share = min(has / had, 1.0) if selection.chosen else 1.0
-    stages = {STAGE_OF[name] for name in found.channels}
+    stages = {channels[name].stage for name in found.channels}
     stage = 'mechanical' if stages == {'mechanical'} else 'thermal'
     return Unexplained(stage, channel, share, 'elapsed', start - begin, end - begin, found.interval)
 

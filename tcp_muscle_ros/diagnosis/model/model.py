@@ -1,0 +1,131 @@
+"""The plug: what the rooms above ask of a machine. They know no parameter, state or channel of it by name.
+
+A machine is what can be simulated under what was imposed, with effects that may be on. Its parameters are a mapping
+with ``effects``, ``replace``, ``with_effects`` and ``only_effects``, as ``muscle/parameters.py`` has it; what it shows
+is an object with ``time`` and a column for each channel. An effect says of itself what is asked of it
+(``muscle/effects/effect.py``).
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
+from tcp_muscle_ros.diagnosis.model.unknown import Unknown
+from tcp_muscle_ros.muscle import Effect
+from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel that is observed.
+
+    ``title``, ``unit``: as people call and write it, ``factor`` times the SI value. ``wander``: standard deviation (SI)
+    of what its instrument shows beside the truth, slowly, over minutes, after ``source``. ``floating``: its zero is a
+    convention of the rig, for it shows how the end moves. ``adds``: what it would tell where it was not recorded, and
+    ``without``: what cannot be known then.
+    """
+
+    stage: str
+    title: str
+    unit: str
+    factor: float
+    wander: float
+    source: str
+    floating: bool = False
+    adds: str = ''
+    without: str = ''
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """A ratio of two parameters that recordings may fix where they fix neither: its ``name`` and ``unit``."""
+
+    name: str
+    top: str
+    bottom: str
+    unit: str
+
+
+class Recorded(Protocol):
+    """A recording as it is observed (``observation/experiment.py``)."""
+
+    @property
+    def imposed(self) -> Any:
+        """Drive, load and surroundings over time."""
+
+    @property
+    def holding(self) -> Any:
+        """What holds the end."""
+
+    @property
+    def observed(self) -> Mapping[str, Any]:
+        """What was seen, by channel."""
+
+    @property
+    def known(self) -> Mapping[str, object]:
+        """What else is known of it."""
+
+
+class Model(Protocol):
+    """A machine that recordings are compared with.
+
+    ``effects``: what it may do beside what it is known to do; ``listed``: those that may be named;
+    ``specifications``: all its parameters and those of its effects. ``state``: the column of what is simulated that
+    orders what its laws do, called ``state_title`` (in ``state_unit``) by people; ``gauge``: the channel that reads
+    it; ``motion``: the column in which its end moves. ``gain``: the parameter that scales the motion; ``capacity``:
+    the one that makes it slow; ``slowness``: the name of the ratio that is its time constant; ``coarse``: those
+    whose nominal values may be far off; ``separate``: those that each specimen may have for itself. ``shown_by``:
+    the channels that show a stage, where not all do. ``laws``: what a law without a name may depend on, and the
+    column that shows it.
+    """
+
+    effects: ClassVar[Mapping[str, Effect]]
+    listed: ClassVar[Sequence[str]]
+    specifications: ClassVar[Mapping[str, Parameter]]
+    channels: ClassVar[Mapping[str, Channel]]
+    state: ClassVar[str]
+    state_title: ClassVar[str]
+    state_unit: ClassVar[str]
+    gauge: ClassVar[str]
+    motion: ClassVar[str]
+    gain: ClassVar[str]
+    capacity: ClassVar[str]
+    slowness: ClassVar[str]
+    coarse: ClassVar[tuple[str, ...]]
+    separate: ClassVar[tuple[str, ...]]
+    ratios: ClassVar[tuple[Ratio, ...]]
+    shown_by: ClassVar[Mapping[str, frozenset[str]]]
+    laws: ClassVar[Mapping[str, str]]
+
+    def simulate(
+        self,
+        recorded: Recorded,
+        parameters: Any,
+        start: float | None,
+        resolution: float,
+        only: Collection[str] | None,
+        ambient: Array | None,
+    ) -> Any:
+        """What it shows under what was imposed, at those instants, from the state ``start``; at this share of the
+        usual substeps; only these columns; in other surroundings than were read."""
+
+    def steps(self, recorded: Recorded, parameters: Any, resolution: float) -> float:
+        """About how many steps that takes."""
+
+    def strained(self, outputs: Any) -> float:
+        """How far beyond what it survives, in units of what that is known to; 0 where it survived."""
+
+    def time_constant(self, parameters: Any) -> float:
+        """Its slowest, s."""
+
+    def exposed(self, parameters: Any, outputs: Any) -> Array:
+        """What sudden slips of the end take a share of, in the unit of its motion, at each instant."""
+
+    def unknowns(self, recordings: Sequence[Recorded], nominal: Any, separate: Mapping[str, bool]) -> list[Unknown]:
+        """What a calibration fits: what the recorded channels can say anything about."""
+
+
+def floating(model: Model) -> tuple[str, ...]:
+    """The channels whose zero is a convention of the rig."""
+    return tuple(name for name, channel in model.channels.items() if channel.floating)
