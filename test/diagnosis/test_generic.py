@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, structure
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.settings.policy import shipped
 
 NOISE = 5e-5  # m
 PERIOD = 70.0  # s
 
-CAPPED = {'channel': 'displacement', 'most_of_single': shipped().single_readings}
+CAPPED = {'channel': TCP_MUSCLE.channels['displacement'], 'most_of_single': shipped().single_readings}
 
 
 def cycles(seconds=350.0, samples=1000):
@@ -20,13 +21,13 @@ def cycles(seconds=350.0, samples=1000):
     rise = np.where(heating == 1.0, -np.expm1(-phase / 9.0), np.exp(-(phase - 25.0) / 9.0))
     temperature = 296.0 + 55.0 * rise
     return time, Drivers(
-        temperature=temperature,
+        level=temperature,
         rate=np.gradient(temperature, time),
         heating=heating,
         since_switch=np.where(heating == 1.0, phase, phase - 25.0),
         elapsed=time,
         load=np.full(time.size, 0.6),
-        displacement=-0.03 * rise,
+        place=-0.03 * rise,
         drive=0.27 * heating,
     )
 
