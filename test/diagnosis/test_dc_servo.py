@@ -1,14 +1,32 @@
 """The engine knows its machine by what that says of itself: a servo is searched as a muscle is."""
 
+from dataclasses import fields
+
 import pytest
-from diagnosis.dc_servo import DcServo, Servo, recordings
+from diagnosis.dc_servo import DcServo, Servo, Shown, recordings
 
 from tcp_muscle_ros.diagnosis.diagnose import insufficient, skipped
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
+from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
+from tcp_muscle_ros.muscle import Outputs
+
+
+@pytest.mark.parametrize(('model', 'shown'), [(TCP_MUSCLE, Outputs), (DcServo(), Shown)], ids=['muscle', 'servo'])
+def test_a_machine_has_what_it_says_that_it_has(model, shown):
+    columns = {field.name for field in fields(shown)}
+    parameters = {name for name in model.specifications if '.' not in name}
+    assert {model.state, model.motion, *model.channels, *model.laws.values()} <= columns
+    assert model.gauge in model.channels
+    assert {*model.coarse, *model.separate, model.capacity, *filter(None, [model.gain])} <= parameters
+    assert {name for ratio in model.ratios for name in (ratio.top, ratio.bottom)} <= parameters
+    assert model.slowness in [ratio.name for ratio in model.ratios]
+    assert set().union(*model.shown_by.values()) <= set(model.channels)
+    assert set(model.listed) <= set(model.effects)
+    assert {f'{e.name}.{row.name}' for e in model.effects.values() for row in e.parameters} <= set(model.specifications)
 
 
 def searched(runs):
