@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from tcp_muscle_ros.diagnosis.model.model import Channel, Model, Ratio
+from tcp_muscle_ros.diagnosis.model.model import Channel, Model, Ratio, Roles
 from tcp_muscle_ros.diagnosis.model.unknown import LOG_SPREAD, Unknown
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
@@ -113,6 +113,7 @@ class DcServo(Model):
     """What the engine asks of it."""
 
     effects: ClassVar = _EFFECTS
+    roles: ClassVar = Roles.of(_EFFECTS)
     listed: ClassVar = tuple(_EFFECTS)
     specifications: ClassVar = {row.name: row for row in _TABLE} | {
         f'{effect.name}.{row.name}': row for effect in _EFFECTS.values() for row in effect.parameters

@@ -9,7 +9,7 @@ import pytest
 
 from tcp_muscle_ros.diagnosis.answer.notes import on_rests
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
-from tcp_muscle_ros.diagnosis.fitting.stick_slip import Signature, alike, signature
+from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, Signature, alike, signature
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters, simulate
 from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
@@ -52,7 +52,7 @@ def test_neither_other_physics_nor_a_coarse_or_noisy_reading_is_stick_slip(name)
 @pytest.mark.parametrize(('step', 'noise'), [(0.0, 0.0), (9e-6, 0.0), (0.0, 1e-5), (5e-5, 0.0)])
 def test_stick_slip_is_found_and_measured_through_a_coarse_or_noisy_reading(step, noise):
     found = [shown(sticking(seed), step, noise, seed) for seed in range(10)]
-    assert sum(s.kind == 'stick_slip' for s in found) >= 9
+    assert sum(s.kind == CHANCE for s in found) >= 9
     for way in (1.0, -1.0):
         sizes = np.concatenate([s.sizes(way) for s in found])
         assert 0.5 < np.mean(sizes) / (0.5 * 0.05 / 20.0) < 2.0  # (1 - r) Fb/k
@@ -102,8 +102,8 @@ def test_the_stroke_of_the_bench_rig_sticks_and_slips_and_its_force_does_not():
             prepared += [experiment] if run.name in wanted[-2:] else []
             o = experiment.observed[channel]
             found[run.name] = signature(o.time, o.value, o.value - fitted.left[0][channel])
-    assert [found[name].kind for name in wanted] == ['stick_slip'] * 6
-    assert 'stick_slip' not in [found[name].kind for name in force]
+    assert [found[name].kind for name in wanted] == [CHANCE] * 6
+    assert CHANCE not in [found[name].kind for name in force]
     up, down = (np.concatenate([found[name].sizes(way) for name in wanted]) for way in (1.0, -1.0))
     assert up.size > 40 and down.size > 25
     assert np.concatenate([found[name].durations() for name in wanted]).max() > 2.0

@@ -28,7 +28,6 @@ from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
 from tcp_muscle_ros.diagnosis.fitting.generic import drivers
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
@@ -77,10 +76,11 @@ def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = No
 
 def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
     found = {}
-    leakage = slips.mean_leakage(fitted) if effect == SLIPS else None
+    roles = fitted.problem.model.roles
+    leakage = slips.mean_leakage(fitted) if effect == roles.slips else None
     if leakage is not None:
         rate, beside = leakage[0], 1.645 * leakage[1]
-        row = SPECIFICATIONS[slips.RATE]
+        row = SPECIFICATIONS[roles.rate]
         found[row.name] = Value(rate, max(rate - beside, row.low), min(rate + beside, row.high), row.unit)
     for k, u in enumerate(fitted.problem.unknowns):
         if not u.name.startswith(f'{effect}.'):

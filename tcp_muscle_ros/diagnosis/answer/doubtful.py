@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
-from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 
@@ -21,7 +20,7 @@ def named_only_if_likely(selection: Selection, probability: Callable[[Selection,
     The strongest stays whatever its probability: something is missing there, and its rivals stand beside it.
     """
     while True:
-        weaker = [c for c in selection.chosen[1:] if c.effect != SLIPS]
+        weaker = [c for c in selection.chosen[1:] if c.effect != selection.final.problem.model.roles.slips]
         odds = {c.effect: probability(selection, c) for c in weaker}
         least = min(odds, key=lambda effect: odds[effect], default=None)
         if least is None or odds[least] >= _EVEN:
@@ -35,7 +34,8 @@ def named_only_if_explained(selection: Selection) -> Selection:
     The evidence compares effects and does not vouch for any: the best of forty may be a poor one. Circumstances stay,
     which go as they like and have no form, and slips.
     """
-    named = [c for c in selection.chosen if not (c.definition.circumstance or c.effect == SLIPS)]
+    slips = selection.final.problem.model.roles.slips
+    named = [c for c in selection.chosen if not (c.definition.circumstance or c.effect == slips)]
     if not named or explained(selection) >= _EVEN:
         return selection
     for chosen in named:

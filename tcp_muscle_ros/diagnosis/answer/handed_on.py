@@ -10,7 +10,6 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import ages
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import STIFFNESS
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.late import taken_out
@@ -38,7 +37,8 @@ def improved_muscle(selection: Selection) -> Parameters:
     leakage = slips.mean_leakage(final) if selection.leapt is None else None
     if leakage is None:
         return muscle.only_effects(physics)
-    return muscle.only_effects([*physics, SLIPS]).replace({slips.RATE: leakage[0], slips.FROM: 0.0})
+    roles = final.problem.model.roles
+    return muscle.only_effects([*physics, roles.slips]).replace({roles.rate: leakage[0], roles.begins: 0.0})
 
 
 def foretelling(final: Fit, calibrated: Fit) -> Fit:

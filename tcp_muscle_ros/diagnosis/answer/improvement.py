@@ -11,7 +11,6 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Value, strengths
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, SLIPS
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.holdout import changed_by, held_out
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
@@ -78,7 +77,7 @@ def own_improvement(selection: Selection, effect: str) -> dict[str, Change]:
     Without it all else is fitted anew, as it would be if nobody had thought of it.
     """
     final = selection.final
-    sudden = effect == SLIPS and effect not in final.problem.parameters.effects
+    sudden = effect == final.problem.model.roles.slips and effect not in final.problem.parameters.effects
     without = slips.taken_out(final) if sudden else fitted_without(selection, effect)
     changed = {slip.channel for slip in final.problem.slips} if sudden else None
     before = of_samples(final, held_out(without, selection.kept_back).rmse())
@@ -91,7 +90,11 @@ def fitted_without(selection: Selection, effect: str) -> Fit:
     """The fit without one of the effects that were chosen, all else fitted anew."""
     if len(selection.chosen) == 1 and selection.leapt is None:
         return selection.calibrated
-    fitted = draught.without_course(selection.final) if effect == COURSE else selection.final
+    fitted = (
+        draught.without_course(selection.final)
+        if effect == selection.final.problem.model.roles.course
+        else selection.final
+    )
     return shrink(fitted, effect)
 
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.stick_slip import STOP, Signature, signature
-from tcp_muscle_ros.diagnosis.hypothesis.roles import CHANCE
+from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature, signature
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.selection import Selection

@@ -11,7 +11,6 @@ from tcp_muscle_ros.diagnosis.answer.sentences import quantity
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
-from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS
 from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability
 from tcp_muscle_ros.diagnosis.noise.replicates import protocols
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
@@ -81,7 +80,7 @@ def beyond_what_differs(selection: Selection, repeated: Mapping[str, Repeatabili
     """The selection without the physics that lowers the mean square error on unseen data by less than what runs of one
     protocol differ by, in the channels in which they do."""
     for chosen in sorted(selection.chosen, key=lambda c: c.drop):
-        if chosen.definition.stage == 'sensor' or chosen.effect == SLIPS:
+        if chosen.definition.stage == 'sensor' or chosen.effect == selection.final.problem.model.roles.slips:
             continue
         changes = own_improvement(selection, chosen.effect)
         if set(changes) <= set(repeated) and not any(

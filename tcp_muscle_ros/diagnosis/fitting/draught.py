@@ -15,8 +15,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import knots_of, responses, thermal_lag
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught
-from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
-from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
@@ -33,7 +32,9 @@ def with_course(fitted: Fit) -> Fit:
     """The same fit with the course of the draught in every recording."""
     if all(latent.draught is not None for latent in fitted.problem.latents):
         return fitted
-    gust = tuple(float(z) for z, u in zip(fitted.z, fitted.problem.unknowns, strict=True) if _is_gust(u.name))
+    gust = tuple(
+        float(z) for z, u in zip(fitted.z, fitted.problem.unknowns, strict=True) if _is_gust(fitted.problem, u.name)
+    )
     still = [_still(e, _APART * thermal_lag(fitted), gust) for e in fitted.problem.followed]
     fitted = _blown(fitted, still)
     for _ in range(_ROUNDS):
@@ -50,14 +51,14 @@ def without_course(fitted: Fit) -> Fit:
     if remembered is None:
         return fitted
     z = fitted.z.copy()
-    own = [k for k, u in enumerate(problem.unknowns) if _is_gust(u.name)]
+    own = [k for k, u in enumerate(problem.unknowns) if _is_gust(problem, u.name)]
     if len(own) == len(remembered):
         z[own] = remembered
     return _blown(replace(fitted, z=z, near=None), [None] * len(problem.experiments))
 
 
-def _is_gust(name: str) -> bool:
-    return name.startswith(f'{COURSE}.')
+def _is_gust(problem: Problem, name: str) -> bool:
+    return name.startswith(f'{problem.model.roles.course}.')
 
 
 def _blown(fitted: Fit, courses: Sequence[Draught | None]) -> Fit:

@@ -14,7 +14,6 @@ from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, drivers, hats
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown, without_effect
-from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, SWINGS
 from tcp_muscle_ros.muscle.arrays import Array
 
 _SHARES = np.linspace(0.0, 1.0, 5)  # of all temperatures, warming and cooling
@@ -25,16 +24,17 @@ _NOTHING = 0.05  # of the noise
 def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
     """The same fit with what the forms of these effects may miss allowed for, and of no others."""
     had = any(a.forms is not None for latent in fitted.problem.latents for a in latent.allowances.values())
-    if COURSE in effects:
+    roles = fitted.problem.model.roles
+    if roles.course in effects:
         fitted = draught.with_course(refitted(fitted, _with(fitted.problem)) if had else fitted)
     else:
         fitted = draught.without_course(fitted)
     plain = _with(fitted.problem)
     ways: list[dict[str, list[Array]]] = [{} for _ in plain.experiments]
     for effect in effects:
-        if effect == SWINGS:  # what is left of it has its own weight (see weighing.calmed)
+        if effect == roles.swings:  # what is left of it has its own weight (see weighing.calmed)
             continue
-        found = _unsure(plain) if effect == COURSE else _bent(fitted, plain, effect)
+        found = _unsure(plain) if effect == roles.course else _bent(fitted, plain, effect)
         for mine, more in zip(ways, found, strict=True):
             for name, columns in more.items():
                 mine.setdefault(name, []).append(columns)

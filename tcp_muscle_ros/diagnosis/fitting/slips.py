@@ -14,14 +14,11 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Slip
-from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS, STICKS, SWINGS
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.inputs import distance
 
-RATE, FROM = f'{SLIPS}.{EFFECTS[SLIPS].strength}', f'{SLIPS}.{EFFECTS[SLIPS].threshold}'
 _REACH, _SHORT = 2.5, 1.2  # s either side of a step, over which all else is a line; and between slips that follow soon
 _FEWEST, _MOST = 4, 40  # samples either side
 _CLEAR, _CLEAR_BESIDE = 6.0, 4.5  # times what is usual in that recording; and beside others
@@ -45,7 +42,7 @@ def slipping(fitted: Fit) -> bool:
 
 def slipped(fitted: Fit) -> Fit | None:
     """The same fit with the slips that it leaves, or None where it shows none, or where what sticks slips."""
-    if STICKS in fitted.problem.parameters.effects:
+    if fitted.problem.model.roles.sticks in fitted.problem.parameters.effects:
         return None
     found = _found(fitted, _CLEAR, _APART, (_REACH,))
     if not (_lengthening(found) and _several(fitted, found)):
@@ -109,7 +106,8 @@ def _found(
     fitted: Fit, clear: float, apart: float, reaches: Sequence[float], channels: Collection[str] | None = None
 ) -> list[list[Slip]]:
     """The sudden steps in what a fit leaves of these channels, clear of the inputs' own, by recording."""
-    problem, swings = fitted.problem, SWINGS in fitted.problem.parameters.effects
+    problem = fitted.problem
+    swings = problem.model.roles.swings in problem.parameters.effects
     found, looked = [], floating(problem.model) if channels is None else channels
     for experiment, latent, mine in zip(problem.followed, problem.latents, fitted.left, strict=True):
         left = {name: mine[name] for name in mine if name in looked}
@@ -131,7 +129,7 @@ def mean_leakage(fitted: Fit) -> tuple[float, float] | None:
     """The rate (1/s) of the effect whose mean the slips of a fit are, from no contraction on; and its standard
     deviation. None without any, or where the effect's own flow was fitted."""
     slips = [slip.size for slip in fitted.problem.slips if slip.channel == fitted.problem.model.motion]
-    if not slips or SLIPS in fitted.problem.parameters.effects:
+    if not slips or fitted.problem.model.roles.slips in fitted.problem.parameters.effects:
         return None
     exposed = 0.0
     for experiment, outputs in zip(fitted.problem.experiments, fitted.outputs, strict=True):
@@ -197,7 +195,8 @@ def _steps(
 def _seen_again(fitted: Fit) -> Fit:
     """The fit with the sizes of its slips as they are seen beside each other."""
     seen = []
-    problem, swings = fitted.problem, SWINGS in fitted.problem.parameters.effects
+    problem = fitted.problem
+    swings = problem.model.roles.swings in problem.parameters.effects
     for experiment, latent, left in zip(problem.followed, problem.latents, fitted.left, strict=True):
         mine = []
         for slip in latent.slips:

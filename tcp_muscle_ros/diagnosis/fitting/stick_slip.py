@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import ks_2samp
 
-from tcp_muscle_ros.diagnosis.hypothesis.roles import CHANCE
 from tcp_muscle_ros.diagnosis.observation.scatter import quantum, white_sigma
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -29,7 +28,7 @@ _AFTER = 2  # samples between a rest and the jump that ends it
 _FEWEST = 2  # jumps each way, and rests
 _SHARE = 0.25  # of the motion, in jumps that end a rest
 _SLIPPED = 0.02  # of the whole motion, in slips
-STOP = 'stop'  # a kind of signature
+STOP, CHANCE = 'stop', 'chance'  # kinds of signature: the other rests and jumps at instants of chance
 _HIGH, _STOPPED = 0.5, 0.1  # the level of a stop, and the share of the whole motion that the prediction goes on
 
 

@@ -6,7 +6,7 @@ is an object with ``time`` and a column for each channel. An effect says of itse
 (``muscle/effects/effect.py``).
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
@@ -47,6 +47,42 @@ class Ratio:
     unit: str
 
 
+@dataclass(frozen=True)
+class Roles:
+    """The effects that are fitted in a way of their own, by what each says of itself; '' where there is none.
+
+    ``swings``: after it a weight swings; ``course``: how it went in time is inferred; ``slips``: it is the mean of
+    sudden slips, in its parameters ``rate`` and ``begins``; ``sticks``: it holds and lets go; ``like_slips``: what
+    slips pass for.
+    """
+
+    swings: str = ''
+    course: str = ''
+    slips: str = ''
+    sticks: str = ''
+    like_slips: tuple[str, ...] = ()
+    rate: str = ''
+    begins: str = ''
+
+    @classmethod
+    def of(cls, effects: Mapping[str, Effect]) -> 'Roles':
+        """Those among these effects."""
+
+        def the_one(says: Callable[[Effect], bool]) -> str:
+            return next((name for name, effect in effects.items() if says(effect)), '')
+
+        slips = the_one(lambda effect: effect.latent == 'slips')
+        return cls(
+            the_one(lambda effect: effect.swings),
+            the_one(lambda effect: effect.latent == 'course'),
+            slips,
+            the_one(lambda effect: effect.sticks),
+            tuple(name for name, effect in effects.items() if effect.like_slips),
+            f'{slips}.{effects[slips].strength}' if slips else '',
+            f'{slips}.{effects[slips].threshold}' if slips else '',
+        )
+
+
 class Recorded(Protocol):
     """A recording as it is observed (``observation/experiment.py``)."""
 
@@ -81,6 +117,7 @@ class Model(Protocol):
     """
 
     effects: ClassVar[Mapping[str, Effect]]
+    roles: ClassVar[Roles]
     listed: ClassVar[Sequence[str]]
     specifications: ClassVar[Mapping[str, Parameter]]
     channels: ClassVar[Mapping[str, Channel]]

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.model.model import Channel, Model, Ratio, Recorded
+from tcp_muscle_ros.diagnosis.model.model import Channel, Model, Ratio, Recorded, Roles
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, LOG_SPREAD, START, Unknown
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Effect, Outputs, Parameters, length, simulate
 from tcp_muscle_ros.muscle.arrays import Array
@@ -37,6 +37,7 @@ class TcpMuscle(Model):
     """A twisted and coiled polymer muscle (``muscle/``)."""
 
     effects: ClassVar[Mapping[str, Effect]] = EFFECTS
+    roles: ClassVar[Roles] = Roles.of(EFFECTS)
     listed: ClassVar[Sequence[str]] = LISTED
     specifications: ClassVar[Mapping[str, Parameter]] = SPECIFICATIONS
     channels: ClassVar[Mapping[str, Channel]] = {

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, settle_noise, structures
-from tcp_muscle_ros.diagnosis.hypothesis.roles import SWINGS
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, conditions, confirmation, stretches
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, prefer, rivals_for, shrink, times_usual
@@ -76,7 +75,11 @@ def stands_apart(effect: str, fitted: Fit, accepted: Sequence[str]) -> bool:
     effects = fitted.problem.model.effects
     found = {effects[other].stage for other in accepted if other != effect}
     definition = effects[effect]
-    if definition.stage in found | {'sensor'} or definition.circumstance or SWINGS in accepted:
+    if (
+        definition.stage in found | {'sensor'}
+        or definition.circumstance
+        or fitted.problem.model.roles.swings in accepted
+    ):
         return False
     return _shown(effect, fitted) and times_usual(Rival(effect, fitted, 0.0)) >= fitted.problem.policy.faint_beside
 
@@ -88,7 +91,7 @@ def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) 
     a swing, which is far larger than all else, what is missed while nothing swings.
     """
     shares = []
-    swings = SWINGS in without.problem.parameters.effects
+    swings = without.problem.model.roles.swings in without.problem.parameters.effects
     missed_of, left_of, leaves = (f.still_square if swings else f.mean_square for f in (missing, without, fitted))
     found = structures(fitted)
     noises = robust_noise(fitted, found) if robust else {name: s.noise for name, s in found.items()}
@@ -160,7 +163,7 @@ def confirm(
         gain, looked_at = confirmation(bare, present)
         apart = stands_apart(effect, present, accepted)
         # What a swing leaves of itself hides what it took.
-        fits_in = effect in (strongest, SWINGS) or good_company(
+        fits_in = effect in (strongest, present.problem.model.roles.swings) or good_company(
             calibrated, bare, present, present.problem.policy.of_rest, apart=apart
         )
         if gain.holds and fits_in and begins(Rival(effect, present, penalised(present))):

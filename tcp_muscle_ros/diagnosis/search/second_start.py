@@ -11,7 +11,6 @@ from dataclasses import replace
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import with_noise
-from tcp_muscle_ros.diagnosis.hypothesis.roles import SLIPS, SWINGS
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, rivals_for
@@ -29,7 +28,8 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
     """
     found = select(calibrated, effects, progress)
     left = unexplained(found.told)
-    if left is None or found.leapt is not None or SWINGS in found.final.problem.parameters.effects:
+    roles = calibrated.problem.model.roles
+    if left is None or found.leapt is not None or roles.swings in found.final.problem.parameters.effects:
         return found
     if not slips.slipping(found.final):
         pair = _best_pair(found, effects, progress)
@@ -37,7 +37,7 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
             return found
         again = select_from(pair.fit, calibrated, effects, progress)
     elif len(found.chosen) == 1:
-        again = select(calibrated, [e for e in effects if e != SLIPS], progress)
+        again = select(calibrated, [e for e in effects if e != roles.slips], progress)
     else:
         return found
     still = unexplained(again.told)
@@ -54,9 +54,9 @@ def _best_pair(found: Selection, effects: Sequence[str], progress: Callable[[], 
     def tried(pair: set[str]) -> bool:
         return bool(chosen) and chosen <= pair
 
-    pairs = []
+    pairs, swings = [], found.final.problem.model.roles.swings
     for first in found.first.rivals:
-        apart = [e for e in effects if e not in (first.effect, SWINGS) and not tried({first.effect, e})]
+        apart = [e for e in effects if e not in (first.effect, swings) and not tried({first.effect, e})]
         if apart and found.final.problem.work.left:
             alone = with_noise(first.fit, dict(found.final.problem.noise))
             ranked, _ = screen(alone, apart, progress)

@@ -14,7 +14,6 @@ from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, structures, with_noise
-from tcp_muscle_ros.diagnosis.hypothesis.roles import COURSE, LIKE_SLIPS, SLIPS, SWINGS
 from tcp_muscle_ros.diagnosis.search.companions import companions, stand_ins
 from tcp_muscle_ros.diagnosis.search.company import (
     Contest,
@@ -106,7 +105,7 @@ class Selection:
     @property
     def told(self) -> 'Selection':
         """The same with the course of the draught where one is named: what remains then calls for another effect."""
-        if all(c.effect != COURSE for c in self.chosen):
+        if all(c.effect != self.final.problem.model.roles.course for c in self.chosen):
             return self
         final, structure = settle_noise(draught.with_course(self.final), 1)
         return replace(self, final=final, structure_after=structure)
@@ -121,7 +120,8 @@ def select(calibrated: Fit, effects: Sequence[str], progress: Callable[[], None]
     """
     bare, _ = settle_noise(calibrated)
     most = int(bare.problem.policy.most_effects)
-    if SLIPS not in effects:
+    roles = bare.problem.model.roles
+    if roles.slips not in effects:
         return _selected(bare, None, effects, progress, most)
     slipped = slips.slipped(bare)
     if slipped is not None:
@@ -160,7 +160,9 @@ def _among(
     bare: Fit, slipped: Fit, effects: Sequence[str], progress: Callable[[], None] | None, most: int
 ) -> Selection:
     """Select effects on top of a calibrated fit, among the slips that another one has; and their own."""
-    found = _selected(bare, slipped, [e for e in effects if e not in LIKE_SLIPS], progress, most - 1)
+    found = _selected(
+        bare, slipped, [e for e in effects if e not in bare.problem.model.roles.like_slips], progress, most - 1
+    )
     chosen = (*found.chosen, _slipping(found.calibrated, slipped))
     return replace(found, chosen=tuple(sorted(chosen, key=lambda c: -c.drop)))
 
@@ -200,7 +202,8 @@ class _Search:
     ) -> None:
         self.bare, self.eventful, self.effects, self.progress, self.most = bare, eventful, effects, progress, most
         self.calibrated = self.present = eventful or bare
-        self.slipping = eventful is not None and SLIPS not in effects  # it is what they are
+        self.roles = bare.problem.model.roles
+        self.slipping = eventful is not None and self.roles.slips not in effects  # it is what they are
         self.structure_before, self.structure = structures(bare), structures(self.present)
         self.first: Picked | None = None
         self.accepted: list[str] = []
@@ -227,7 +230,7 @@ class _Search:
             self.accepted.append(effect)
             self.contests[effect] = picked.contest
             self.present = picked.rival.fit
-            clearer = self._calm() if effect == SWINGS else None
+            clearer = self._calm() if effect == self.roles.swings else None
             if clearer is not None:
                 return clearer
             self.present, self.structure = settle_noise(self.present, 1)
@@ -245,7 +248,7 @@ class _Search:
         self.bare = calmed(self.bare, swings)
         self.calibrated = self.bare if self.eventful is None else calmed(self.calibrated, swings)
         self.present = calmed(swings, swings)
-        return slips.slipped(self.present) if self.eventful is None and SLIPS in self.effects else None
+        return slips.slipped(self.present) if self.eventful is None and self.roles.slips in self.effects else None
 
     def revise(self) -> None:
         """Hold each against its rivals and against unseen data, until nothing changes."""
@@ -270,9 +273,9 @@ class _Search:
         """Accept what stands beside those accepted, and drop those in whose place it stands."""
         present = slips.further(self.present) if self.slipping else self.present
         # What a swing leaves of itself, all that changes a stiffness or a length bends to.
-        effects = present.problem.model.effects
-        hidden = effects[SWINGS].stage if SWINGS in self.accepted else None
-        pool = [e for e in self.effects if e not in (*self.accepted, SWINGS) and effects[e].stage != hidden]
+        effects, swings = present.problem.model.effects, self.roles.swings
+        hidden = effects[swings].stage if swings in self.accepted else None
+        pool = [e for e in self.effects if e not in (*self.accepted, swings) and effects[e].stage != hidden]
         found = companions(present, self.accepted, pool, self.calibrated, self.most, self.progress)
         self.present = found.fit
         self.contests, self.standing = self.contests | found.contests, self.standing | found.standing
@@ -328,6 +331,7 @@ def _without(
 def _slipping(bare: Fit, slipped: Fit) -> Chosen:
     """The effect of sudden slips, by what a calibrated fit gains with them."""
     alone = with_noise(bare, dict(slipped.problem.noise))
-    itself = Rival(SLIPS, slipped, penalised(slipped))
+    name = bare.problem.model.roles.slips
+    itself = Rival(name, slipped, penalised(slipped))
     gain = confirmation(alone, slipped)[0]
-    return Chosen(SLIPS, penalised(alone) - itself.score, gain, largest_share(alone, alone, slipped), (itself,))
+    return Chosen(name, penalised(alone) - itself.score, gain, largest_share(alone, alone, slipped), (itself,))
