@@ -22,7 +22,8 @@ from tcp_muscle_ros.report.marked import replace_marked
 HERE = Path(__file__).resolve().parent
 DOCUMENT = HERE.parent / 'docs' / 'performance.md'
 NAMES = (
-    'model', 'many_muscles', 'tick', 'node_rate', 'node_tick', 'twin', 'hand', 'bags', 'start_up', 'robot', 'diagnosis',
+    'model', 'many_muscles', 'tick', 'node_rate', 'node_tick', 'lateness', 'twin', 'hand', 'bags', 'start_up', 'robot',
+    'diagnosis',
 )  # fmt: skip
 SHORT = {'diagnosis': ['--limit', '90']}
 PACKAGES = ('numpy', 'scipy', 'numba', 'rosbags', 'mcap-ros2-support', 'ros-rclpy')

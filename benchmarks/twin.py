@@ -174,7 +174,7 @@ def main() -> None:
     if given.hours:
         with tempfile.TemporaryDirectory() as folder:
             memory, alarms = day(given.hours, folder)
-        wanted = [one for one in memory if one[0] in (1.0, 2.0, 6.0, 12.0, 24.0, memory[-1][0])]
+        wanted = [one for one in memory if one[0] in (1.0, 2.0, 6.0, 12.0, 16.0, 20.0, 24.0, memory[-1][0])]
         rows = [(f'{hours:g} h', f'{megabytes:.1f}') for hours, megabytes in wanted]
         title = f'Memory of twin_node after so much simulated time at {DAY_RATE:g} Hz, {KEPT:g} s kept'
         show(f'{title}, {alarms} alarms', ('', 'resident, MB'), rows)

@@ -206,6 +206,8 @@ class Muscle:
         home, folder = self.folder / OURS, self.folder / 'command'
         answered = self._guarded(OURS, lambda: investigate_by_command(case, self.seed, self.number, folder))
         steps = Log(folder).steps
+        if not any(step['step'] == 'kept_back' for step in steps):
+            raise SystemExit(f'muscle {self.number}: the investigation did not come to its end, see above')
         for place, wanted in ((home, 'run'), (self.folder / 'unseen', 'kept_back')):
             (place / case.name).mkdir(parents=True)
             bags = [folder / bag for step in steps if step['step'] == wanted for bag in step['bags']]

@@ -1,5 +1,7 @@
 """Muscles on the tendons of a simulated robot: the muscle's own law, stable, with its energy accounted for."""
 
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -193,3 +195,14 @@ def test_without_mujoco_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(__import__('sys').modules, 'mujoco', None)
     with pytest.raises(BadInput, match=r"pip install 'tcp_muscle_ros\[mujoco\]'"):
         made('arm', ARM)
+
+
+def test_after_compiling_ahead_no_start_compiles_a_robots_muscles():
+    subprocess.run([sys.executable, '-m', 'tcp_muscle_ros.robots'], check=True, timeout=300, stdout=subprocess.DEVNULL)
+    program = (
+        'from tcp_muscle_ros.muscle import Muscle, Parameters; from tcp_muscle_ros.robots.coupling import *; '
+        "Tendons([Muscle(Parameters.named('karami_tadesse_2017'), end='blocked', load=0.5)]); "
+        'print(sum(couple.stats.cache_hits.values()), sum(couple.stats.cache_misses.values()))'
+    )
+    done = subprocess.run([sys.executable, '-c', program], check=True, timeout=300, capture_output=True, text=True)
+    assert done.stdout.split() == ['1', '0']
