@@ -55,22 +55,6 @@ def test_a_thermometer_that_is_off_by_another_amount_each_time_is_a_sensor(diagn
 
 
 @pytest.mark.slow
-def test_a_thermometers_gain_is_a_sensors_where_the_other_parameters_hide_it_in_the_temperature(diagnosed):
-    found = diagnosed(32, 'decoy', 'thermocouple_gain', 701)
-    assert found.verdict == 'sensor_or_setup'
-    assert [f.effect for f in found.findings] == ['thermocouple_gain']
-
-
-@pytest.mark.slow
-def test_an_ammeter_that_errs_otherwise_at_each_level_is_one_where_an_ohmmeter_is_right(diagnosed):
-    """It errs by a power of the current, the catalogue's by a zero; a faint hysteresis explained half as much."""
-    found = diagnosed(70, 'decoy', 'current_gain', 17, 'varied')
-    assert found.verdict == 'sensor_or_setup'
-    assert [f.effect for f in found.findings] == ['current_gain']
-    assert found.findings[0].parameters['ohms'].value == 1.0
-
-
-@pytest.mark.slow
 def test_what_a_sensor_leaves_is_unexplained_where_its_fault_would_have_left_nothing(diagnosed):
     """A resistance that bends with the current looks like one that is read late."""
     found = diagnosed(101, 'unlisted', 'varistor', 701)
@@ -79,25 +63,9 @@ def test_what_a_sensor_leaves_is_unexplained_where_its_fault_would_have_left_not
 
 
 @pytest.mark.slow
-def test_what_a_stand_in_leaves_is_unexplained_where_it_is_plain_beside_the_noise(diagnosed):
-    """A stroke that comes late passes for a hysteresis, which leaves a sixth of the misfit: 24 times the noise."""
-    found = diagnosed(0, 'unlisted', 'slow_stroke', 21, 'varied', most=1000)
-    assert found.findings
-    assert found.unexplained.channel == 'displacement'
-    assert 0.06 < found.unexplained.share < 0.2
-
-
-@pytest.mark.slow
 def test_what_the_misfit_of_another_effect_shows_as_slips_is_no_slip(diagnosed):
     found = diagnosed(76, 'single', 'shear_softening', 701)
     assert [f.effect for f in found.findings] == ['shear_softening']
-
-
-@pytest.mark.slow
-def test_what_the_form_of_slack_leaves_is_no_faint_contact_of_the_coils(diagnosed):
-    """A twentieth of the usual contact takes three quarters of what is left, as nothing else nearly does."""
-    found = diagnosed(39, 'single', 'slack', 17, 'varied', most=1000)
-    assert [f.effect for f in found.findings] == ['slack']
 
 
 @pytest.mark.slow
@@ -124,13 +92,6 @@ def test_the_course_of_gusts_is_inferred_where_one_gust_is_not_the_weather(tmp_p
 
 
 @pytest.mark.slow
-def test_what_stands_beside_gusts_shows_once_their_course_is_known(diagnosed):
-    """The gusts leave ninety times the noise, in which the coil's contact is nothing; their course leaves the noise."""
-    found = diagnosed(174, 'double', '', 1009)
-    assert {f.effect for f in found.findings} == {'airflow', 'coil_contact'}
-
-
-@pytest.mark.slow
 def test_one_swing_above_the_unloaded_length_does_not_spoil_the_phase_of_the_others(tmp_path):
     """The generator's coil pushes as it pulls."""
 
@@ -144,18 +105,6 @@ def test_one_swing_above_the_unloaded_length_does_not_spoil_the_phase_of_the_oth
     assert values['inertia.b', None] == pytest.approx(1.0, abs=0.01)
     assert values['inertia.zeta', None] == pytest.approx(0.03, abs=0.006)
     assert values['inertia.q', None] > 0.9
-
-
-@pytest.mark.slow
-def test_two_effects_of_which_neither_helps_much_alone_are_found_as_a_pair(diagnosed):
-    """Alone the second hardly helps, less than a laser that drifts otherwise in each recording; together they do."""
-    found = diagnosed(91, 'double', '', 1103)
-    assert {f.effect for f in found.findings} == {'load_stroke', 'geometric_stiffening'}
-    assert found.unexplained is None
-    gain = {ranked.effect: ranked.gain for ranked in found.ranking}  # of the first search
-    assert gain['geometric_stiffening'] < 0.2 * gain['displacement_drift']
-    fit = found.fit['displacement']
-    assert fit.improved < 0.15 * fit.calibrated
 
 
 @pytest.mark.slow
