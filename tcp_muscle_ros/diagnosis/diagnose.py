@@ -104,7 +104,7 @@ class _Work:
             self.selection = self._beside_what_differs({name: repeated[name] for name in apart}, testable)
         self.seconds['select'] = time.monotonic() - start
         runs = run_to_run(self.selection, self.nominal, repeated, apart)
-        self.selection = named_only_if_likely(self.selection, lambda found, chosen: likely(found, chosen, runs))
+        self.selection = named_only_if_likely(self.selection, lambda found: likely(found, runs))
         if left_unexplained(self.selection, runs) is not None:
             self.selection = named_only_if_explained(self.selection)
         self.selection = with_bent_form(self.selection, self.progress)

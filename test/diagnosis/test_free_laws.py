@@ -98,8 +98,8 @@ def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes
     found = selected(two, ['natural_convection', *LISTED])
     assert len(found.chosen) == 2
     weaker = found.chosen[1].effect
-    assert named_only_if_likely(found, lambda _, chosen: 0.6) is found
-    left = named_only_if_likely(found, lambda _, chosen: 0.2)
+    assert named_only_if_likely(found, lambda _: {weaker: 0.6}) is found
+    left = named_only_if_likely(found, lambda _: {weaker: 0.2})
     assert left.chosen == found.chosen[:1]
     assert weaker not in left.final.muscle.effects
 

@@ -159,11 +159,13 @@ def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Findin
     return tuple(sorted(found, key=lambda f: (f.stage == 'sensor', -f.gain)))
 
 
-def likely(selection: Selection, chosen: Chosen, runs: RunToRun | None) -> float:
-    """The probability that a chosen effect is there."""
-    values = _effect_values(selection.final, chosen.effect)
-    remains = left_unexplained(selection, runs)
-    return probability(terms(selection, chosen, values, remains is not None), selection.final.problem.policy.odds)
+def likely(selection: Selection, runs: RunToRun | None) -> dict[str, float]:
+    """The probability that it is there, of each chosen effect."""
+    final, remains = selection.final, left_unexplained(selection, runs) is not None
+    return {
+        c.effect: probability(terms(selection, c, _effect_values(final, c.effect), remains), final.problem.policy.odds)
+        for c in selection.chosen
+    }
 
 
 def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[NotTestable, ...]:

@@ -2,28 +2,31 @@
 what leaves more than it explains.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
-from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+from tcp_muscle_ros.diagnosis.search.selection import Selection
 
 _EVEN = 0.5  # more likely than not; more than is left
 _PLAIN = 0.2  # of the misfit of the channel that is missed most, in noises: less is no measure of an explanation
 
 
-def named_only_if_likely(selection: Selection, probability: Callable[[Selection, Chosen], float]) -> Selection:
+def named_only_if_likely(selection: Selection, probabilities: Callable[[Selection], Mapping[str, float]]) -> Selection:
     """The selection without the weaker effects that are more likely absent than there, the least likely first.
 
     The strongest stays whatever its probability: something is missing there, and its rivals stand beside it.
     """
     while True:
-        weaker = [c for c in selection.chosen[1:] if c.effect != selection.final.problem.model.roles.slips]
-        odds = {c.effect: probability(selection, c) for c in weaker}
-        least = min(odds, key=lambda effect: odds[effect], default=None)
-        if least is None or odds[least] >= _EVEN:
+        slips = selection.final.problem.model.roles.slips
+        weaker = [c.effect for c in selection.chosen[1:] if c.effect != slips]
+        if not weaker:
+            return selection
+        probable = probabilities(selection)
+        least = min(weaker, key=lambda effect: probable[effect])
+        if probable[least] >= _EVEN:
             return selection
         selection = without(selection, least)
 
