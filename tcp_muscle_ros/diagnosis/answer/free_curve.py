@@ -25,11 +25,16 @@ def free_law(fitted: Fit, effect: str, nearest: Sequence[str] = ()) -> FreeLaw:
     weights = np.column_stack([CubicSpline(at, one, bc_type='natural')(x) for one in np.eye(at.size)])
     curve = weights @ values
     beside = _NINETY * np.sqrt(np.maximum(np.sum((weights @ covariance) * weights, axis=1), 0.0))
-    free = EFFECTS[effect].free
-    assert free is not None
-    driver = tuple(free.drivers)[round(fitted.muscle[f'{effect}.driver'])]
+    driver = driver_of(fitted, effect)
     unit = next(column.unit for column in EFFECTS[effect].columns if column.name == 'value')
     return FreeLaw(driver, unit, x, curve, curve - beside, curve + beside, nearest[0] if nearest else None)
+
+
+def driver_of(fitted: Fit, effect: str) -> str:
+    """Over what a fitted law is a table."""
+    free = EFFECTS[effect].free
+    assert free is not None
+    return tuple(free.drivers)[round(fitted.muscle[f'{effect}.driver'])]
 
 
 def _array(fitted: Fit, name: str) -> tuple[float, ...]:

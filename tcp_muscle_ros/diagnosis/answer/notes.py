@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity
+from tcp_muscle_ros.diagnosis.answer.free_curve import driver_of
+from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature, signature
 from tcp_muscle_ros.diagnosis.model.model import floating
@@ -38,7 +39,7 @@ def on_leads(selection: Selection) -> tuple[str, ...]:
     """Which effects came nearest, where they explain too little to be named."""
     if not selection.leads:
         return ()
-    names = ' and '.join(name.replace('_', ' ') for name in selection.leads)
+    names = ' and '.join(words(name) for name in selection.leads)
     return (f'nearest to what is unexplained comes {names}, but it leaves more of it than it explains: no name for it',)
 
 
@@ -46,13 +47,9 @@ def on_bent_form(selection: Selection) -> tuple[str, ...]:
     """That a listed form was bent, by what, over what, and where it is found."""
     if selection.bent is None:
         return ()
-    bent = selection.bent.muscle
-    (law,) = set(bent.effects) - set(selection.final.muscle.effects)
-    free = EFFECTS[law].free
-    assert free is not None
-    driver = tuple(free.drivers)[round(bent[f'{law}.driver'])].replace('_', ' ')
-    stage = EFFECTS[law].stage
-    names = [c.effect.replace('_', ' ') for c in selection.chosen if c.definition.stage == stage]
+    (law,) = set(selection.bent.muscle.effects) - set(selection.final.muscle.effects)
+    driver, stage = words(driver_of(selection.bent, law)), EFFECTS[law].stage
+    names = [words(c.effect) for c in selection.chosen if c.definition.stage == stage]
     return (
         f'the listed form of {" and ".join(names)} is not quite that of this muscle: improved.yaml has a table over '
         f'the {driver} beside it ({law}), which also predicts unseen data better',
