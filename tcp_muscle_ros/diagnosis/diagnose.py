@@ -16,10 +16,10 @@ from tcp_muscle_ros.diagnosis.fitting import switching
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
-from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing
+from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing, repeating
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
-from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability, between_runs
+from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.bending import with_bent_form
 from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
@@ -96,7 +96,7 @@ class _Work:
         self.selection = self._selected(self.calibration, testable)
         if not settled and self._switched(self.selection.final):  # beside effects that hid it
             self.selection = self._selected(self.calibration, testable)
-        repeated = between_runs(self.selection.final.problem.followed)
+        repeated = repeating(self.selection.final)
         apart = differing(self.selection.final, repeated)
         if any(c.definition.circumstance for c in self.selection.chosen):
             repeated, apart = {}, []  # it says itself why runs of one protocol differ

@@ -59,6 +59,17 @@ def test_what_they_do_not_share_is_measured_with_and_without_a_gain_for_each(spe
     assert between_runs([specimens[0], run(0.5)]) == {}
 
 
+def test_what_a_model_says_that_runs_differ_by_is_no_want_of_repetition():
+    made, worn = [run(0.7, seed=k) for k in range(2)], run(0.7, seed=2)
+    (seen,) = worn.observed.values()
+    flowed = 0.1 * np.ptp(seen.value) * np.clip(TIME / TIME[-1], 0.0, 1.0)
+    made.append(replace(worn, observed={'displacement': replace(seen, value=seen.value + flowed)}))
+    course = simulate(TRUE, TIME, made[0].imposed.drive, kind='power', load=0.1).displacement
+    foretold = [{'displacement': course}, {'displacement': course}, {'displacement': course + flowed}]
+    (as_they_are,), (beside,) = between_runs(made).values(), between_runs(made, foretold).values()
+    assert as_they_are.plain > 0.02 and beside.plain < 0.1 * as_they_are.plain
+
+
 def test_runs_that_repeat_each_other_to_the_noise_need_no_allowance():
     made = [run(0.7, seed=k) for k in range(3)]
     fitted = calibrate(made, NOMINAL).fit

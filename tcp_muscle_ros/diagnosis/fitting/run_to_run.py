@@ -13,9 +13,10 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.generic import hats
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
-from tcp_muscle_ros.diagnosis.noise.repeatability import SCALES, Repeatability
+from tcp_muscle_ros.diagnosis.noise.repeatability import SCALES, Repeatability, between_runs
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -23,6 +24,16 @@ from tcp_muscle_ros.muscle.arrays import Array
 _AT_KNOTS = float(np.sqrt(1.5))
 _LEAST_SAMPLES = 2.0  # between two knots
 BEYOND_NOISE = 3.0  # times the noise: runs that differ by more differ by something else
+
+
+def repeating(fitted: Fit) -> dict[str, Repeatability]:
+    """How well runs of one protocol repeat each other, by channel, beside what one muscle of its age would have done
+    differently in each, in the room that was read: a muscle that flows or wears is still one. What a fit infers of a
+    single recording is no such thing."""
+    problem = fitted.problem
+    aged = (Latent(latent.cycles, latent.used, switched=latent.switched) for latent in problem.latents)
+    typical = replace(problem, parameters=fitted.muscle, latents=tuple(aged))
+    return between_runs(problem.followed, [typical.predict({}, k) for k in range(len(problem.experiments))])
 
 
 def differing(fitted: Fit, repeated: Mapping[str, Repeatability]) -> list[str]:

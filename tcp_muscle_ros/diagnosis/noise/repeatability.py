@@ -5,7 +5,7 @@ for itself is the rest, as it is, or after its own gain and zero are taken out (
 rest is divided into time scales.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,21 +69,32 @@ def repeatability(time: Array, values: Array) -> Repeatability | None:
     )
 
 
-def between_runs(experiments: Sequence[Experiment]) -> dict[str, Repeatability]:
+def between_runs(
+    experiments: Sequence[Experiment], foretold: Sequence[Mapping[str, Array]] = ()
+) -> dict[str, Repeatability]:
     """How well recordings of one protocol repeat each other, by channel, in shares of the peak; without those of which
-    there are no two."""
+    there are no two.
+
+    ``foretold``: what a model shows at the instants of each channel, one an experiment. By what it says that they
+    differ (a muscle that flows or wears, another room), they do repeat each other.
+    """
     found: dict[str, list[Repeatability]] = {}
     for protocol in protocols(experiments):
         for name in sorted(set.intersection(*(set(experiments[k].observed) for k in protocol.recordings))):
-            one = repeatability(*side_by_side(experiments, protocol, name))
+            one = repeatability(*side_by_side(experiments, protocol, name, foretold))
             if one is not None:
                 found.setdefault(name, []).append(one)
     return {name: _pooled(several) for name, several in found.items()}
 
 
-def side_by_side(experiments: Sequence[Experiment], protocol: Protocol, channel: str) -> tuple[Array, Array]:
+def side_by_side(
+    experiments: Sequence[Experiment],
+    protocol: Protocol,
+    channel: str,
+    foretold: Sequence[Mapping[str, Array]] = (),
+) -> tuple[Array, Array]:
     """Instants (s) from the switch on, and a channel of each run at them, shape (runs, n); a zero that is the rig's is
-    what was shown before."""
+    what was shown before. Of what is ``foretold`` of the runs all have their mean."""
     columns = [experiments[k].observed[channel] for k in protocol.recordings]
     step = max(float(np.median(np.diff(o.time))) for o in columns)
     since = [o.time - begin for o, begin in zip(columns, protocol.begins, strict=True)]
@@ -92,6 +103,10 @@ def side_by_side(experiments: Sequence[Experiment], protocol: Protocol, channel:
         first = max(first, -BEFORE)  # at rest before: nothing that could differ
     time = np.arange(first, last, step)
     values = np.stack([np.interp(time, t, o.value) for t, o in zip(since, columns, strict=True)])
+    if foretold:
+        shown = [foretold[k][channel] for k in protocol.recordings]
+        expected = np.stack([np.interp(time, t, column) for t, column in zip(since, shown, strict=True)])
+        values = values - (expected - np.mean(expected, axis=0))
     if experiments[0].model.channels[channel].floating and np.any(time <= 0.0):
         values = values - np.median(values[:, time <= 0.0], axis=1)[:, None]
     return time, values
