@@ -69,19 +69,6 @@ def test_what_the_misfit_of_another_effect_shows_as_slips_is_no_slip(diagnosed):
 
 
 @pytest.mark.slow
-def test_flow_of_another_form_than_the_catalogues_is_found_and_helps_on_unseen_recordings(diagnosed):
-    found = diagnosed(4, 'single', 'viscous_flow')
-    assert found.verdict == 'missing_physics'
-    first = found.findings[0]
-    assert 'viscous_flow' in (first.effect, *first.indistinguishable_from)
-    assert first.stage == 'mechanical'
-    # Errors are those of single samples: what of them is noise no model takes away.
-    fit = found.fit['displacement']
-    assert fit.improved**2 - fit.noise**2 < 0.25 * (fit.calibrated**2 - fit.noise**2)
-    assert 'viscous_flow' in found.improved.effects or first.effect in found.improved.effects
-
-
-@pytest.mark.slow
 def test_the_course_of_gusts_is_inferred_where_one_gust_is_not_the_weather(tmp_path):
     calibrated, _ = settle_noise(calibrate(recorded(tmp_path, 5, 'single', 'airflow'), NOMINAL).fit)
     (named,) = rivals_for(calibrated, screen(calibrated, ['airflow'])[0], None)

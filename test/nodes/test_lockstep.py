@@ -41,11 +41,12 @@ class Commander:
 
     def join(self):
         def ready():
-            if self.command.get_subscription_count():
-                self.done.publish(Header(frame_id='/bench'))  # again and again: who of them hears it nobody knows
-                time.sleep(0.1)
+            self.done.publish(Header(frame_id='/bench'))  # again and again: who of them hears it nobody knows
+            time.sleep(0.1)
             return self.ticks
 
+        self.bench.until(self.command.get_subscription_count, 'nobody takes the commands', 120.0)
+        time.sleep(0.5)  # who takes them may know of this node later than this node of it: what is sent before is lost
         self.bench.until(ready, 'no simulation that leads', 120.0)
 
     def tick(self, message):

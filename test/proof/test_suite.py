@@ -17,7 +17,7 @@ from proof.truth import EFFECTS
 from proof.visibility import Refit, stack, visibility
 from tcp_muscle_ros.recording.bag import read_bag
 
-CASES = 6
+CASES = 4
 OUTPUTS = ('temperature', 'resistance', 'displacement', 'force')
 TOPICS = {f'/{name}' for name in (*OUTPUTS, 'load', 'current', 'power', 'voltage')}
 
