@@ -122,18 +122,19 @@ def text(rows: Mapping[str, Sequence[bool]]) -> str:
 
 
 _PAGE = """\
-# What evidence tells
+# Forward selection compared with evidence
 
-A diagnosis names effects by forward selection: the candidate that fits best is held against its rivals and unseen
-data, by the rules of `config/policy.yaml`. The alternative is to compare models by their evidence: the probability of
-the recordings under a model, its parameters spread as the prior has them. This table holds both on the same cases, each
-with one concealed effect or none. The candidates are those of the first step.
+A diagnosis names effects by forward selection: the candidate that fits best is compared with the others and tested on
+unseen data, by the rules of `config/policy.yaml`. The alternative is to compare models by their evidence: the
+probability of the recordings under a model, averaged over the prior of its parameters. The table compares both on the
+same cases, each with one concealed effect or none. The candidates are those of the first step of the search.
 
 {table}
 
-Evidence asks for less (no unseen data, no rule for what a form misses) and compares models as if one of them were the
-muscle's own. None is: the concealed effects have other forms than the listed ones. So it finds an effect where none is
-missing, and takes one that bends for one that is there, more often than selection does. Forward selection stays.
+Evidence uses no unseen data and no rule for errors of form. It assumes that one of the models is exactly true, and none
+is: the concealed effects have other forms than the listed ones. So it finds an effect where none is missing more often
+than selection does, and more often prefers a wrong effect that is flexible enough to fit. The diagnosis therefore uses
+forward selection.
 
 Runs: {runs}, {today}. Made by `python -m proof.evidence {command} --document`.
 """

@@ -5,7 +5,7 @@
 Each trial takes good inputs (a bag, a lab's CSV with its map, a protocol, parameters with intervals, a manifest,
 options), damages one or two of them, and runs the command in this process until its inputs are admitted. It must end
 with exit code 0 or 2, say what is wrong in one line, and leave every file that was there as it was. Prints the table of
-docs/recording.md; with --write puts it there.
+docs/recording.md; with --write puts its rows there.
 """
 
 import argparse
@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -390,11 +390,19 @@ def main() -> int:
             rows.append((command, chosen.count, counts['refused'], counts['admitted'], counts['wrong']))
             print(*rows[-1], f'{time.monotonic() - begun:.0f} s', flush=True)
     if chosen.write:
-        said = f'`python -m proof.mutate --count {chosen.count}` ({datetime.now(UTC).date()}):'
-        heads = '| command | trials | refused in one line | admitted | anything else |\n|---|---|---|---|---|'
-        table = '\n'.join(f'| `{row[0]}` | {" | ".join(map(str, row[1:]))} |' for row in rows)
-        replace_marked(PAGE, 'mutations', f'{said}\n\n{heads}\n{table}')
+        _write(rows)
     return int(any(row[-1] for row in rows))
+
+
+def _write(rows: Sequence[tuple[str, int, int, int, int]]) -> None:
+    """Put the rows into the document's table; commands that were not tried keep theirs."""
+    lines = PAGE.read_text(encoding='utf-8').splitlines()
+    table = {name: line for name in COMMANDS for line in lines if line.startswith(f'| `{name}` |')}
+    for name, *counts in rows:
+        table[name] = f'| `{name}` | {" | ".join(map(str, counts))} | {datetime.now(UTC).date()} |'
+    heads = '| command | trials | refused in one line | admitted | anything else | date |\n|---|---|---|---|---|---|'
+    ordered = '\n'.join(table[name] for name in COMMANDS if name in table)
+    replace_marked(PAGE, 'mutations', f'`python -m proof.mutate --count 1000`:\n\n{heads}\n{ordered}')
 
 
 if __name__ == '__main__':

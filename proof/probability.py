@@ -1,4 +1,4 @@
-"""Are the stated probabilities ones? And the weights that make them so.
+"""Are the stated probabilities right? And the weights that make them so.
 
 python -m proof.probability RUN [RUN ...]                 a table of what was stated and how often it was right
 python -m proof.probability RUN [RUN ...] --fit           the weights that these runs ask for, judged on cases left out
@@ -133,7 +133,7 @@ def bins(stated: Sequence[float], right: Sequence[bool]) -> list[Bin]:
 
 
 def scores(stated: Sequence[float], right: Sequence[bool]) -> dict[str, float]:
-    """What tells whether probabilities are ones: see ``text`` for what each means."""
+    """What tells whether probabilities are right: see ``text`` for what each means."""
     p, true = np.array(stated), np.array(right, dtype=bool)
     rate, sure = float(true.mean()), p >= 0.99
     return {
@@ -200,13 +200,13 @@ def document(judged: Sequence[Judged], runs: Sequence[str]) -> str:
 
 
 _PAGE = """\
-# Are the stated probabilities ones?
+# Are the stated probabilities right?
 
-A finding has a probability: that the effect is there. It is made from what a reader would ask for too: how far the
-rivals are behind, how far the strength is from nothing, how much of the misfit goes, whether a parameter sits at the
-end of its range, how many recordings there are. How much each weighs was fitted to muscles whose physics is known
-(`config/policy.yaml`, entry `odds`; `./scripts/calibrate`). The runs below are other muscles, to which nothing was
-fitted.
+Each finding states a probability: that the effect is there. It is computed from how far the other candidates are
+behind, how far the strength is from zero, how much of the misfit the effect removes, whether a parameter is at the end
+of its range, and how many recordings there are. The weight of each was fitted to muscles whose physics is known
+(`config/policy.yaml`, entry `odds`; `./scripts/calibrate`). The runs below are of other muscles, which were not used
+for the fit. If the probabilities are right, nine of ten findings with 0.9 are right.
 
 ![Share of findings that are right, over the probability stated](images/probabilities.png)
 
@@ -214,8 +214,8 @@ Runs: {runs}, {today}. In bins of equal count:
 
 {table}
 
-The calibration error is the mean distance between what was stated and how often it was right. A log score is better the
-smaller it is. Wrong at 0.9 or above: {wrong}.
+The calibration error is the mean difference between the stated probability and the share that was right. A smaller log
+score is better. Wrong at 0.9 or above: {wrong}.
 
 A finding is right where its effect was concealed in the muscle. A law without a name is right where an effect that is
 not listed was concealed in its stage.

@@ -59,6 +59,7 @@ def test_help_lists_every_command_and_loads_nothing_heavy():
             'tcp_muscle import: nowhere.yaml: cannot be read',
         ),
         (['record', '--output', 'o', '--duration', '-1'], 'tcp_muscle record: --duration -1: expected a number'),
+        (['diagnose', 'bag', '--output', 'o', '--seed', '1'], 'unrecognized arguments: --seed 1'),
     ],
 )
 def test_a_mistake_is_one_line_and_exit_code_2(arguments, says, tmp_path, monkeypatch):

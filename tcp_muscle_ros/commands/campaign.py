@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
+from tcp_muscle_ros.commands.calibrate import refuse_unknown
 from tcp_muscle_ros.commands.one_run import UNFINISHED, Outcome, Task, digest_of, is_done
 from tcp_muscle_ros.commands.progress import Progress
 from tcp_muscle_ros.errors import BadInput
@@ -39,6 +40,7 @@ def admit_campaign(args: argparse.Namespace) -> list[Run]:
         raise BadInput(f'--jobs {args.jobs}: expected 1 or more')
     if args.jobs is not None and args.scheduler is not None:
         raise BadInput('--jobs is for processes of this machine; --scheduler has its own workers')
+    refuse_unknown(args.separate)
     return read_manifest(args.manifest, args.params)
 
 
@@ -71,7 +73,8 @@ def _do(
     """Fill in the outcome of each run, those first that are done already."""
     from tcp_muscle_ros.commands.engines import cluster, local
 
-    options = argparse.Namespace(namespace=args.namespace, channel=args.channel, unit=args.unit)
+    kept = ('namespace', 'channel', 'unit', 'separate')
+    options = argparse.Namespace(**{name: getattr(args, name) for name in kept})
     tasks = []
     for run in runs:
         bags, params = tuple(map(os.path.abspath, run.bags)), _absolute(run.params)

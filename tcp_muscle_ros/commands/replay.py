@@ -58,13 +58,14 @@ def admit(args: argparse.Namespace) -> Admitted:
     from tcp_muscle_ros.settings.rig import on_rig, read_rig
 
     output = figure = None
+    inputs = [args.bag, args.params, *([args.rig] if args.rig else [])]
     if args.output:
-        refuse_among(args.output, [args.bag, args.params])
+        refuse_among(args.output, inputs)
         output = writable_folder(args.output, force=args.force)
     if args.figure:
         from tcp_muscle_ros.report.style import picture_path
 
-        refuse_among(args.figure, [args.bag, args.params])
+        refuse_among(args.figure, inputs)
         figure = picture_path(args.figure, force=args.force)
     file = read(args.params)
     rig = read_rig(args.rig) if args.rig else None

@@ -24,7 +24,7 @@ from tcp_muscle_ros.recording.lab.binary_file import KINDS
 from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, clock, day, is_value, number, stamp
 from tcp_muscle_ros.recording.lab.grid import Layout, joined_headings
 from tcp_muscle_ros.recording.lab.reading import grid_of
-from tcp_muscle_ros.recording.lab.timing import past_midnight, unwrapped
+from tcp_muscle_ros.recording.lab.timing import falls_throughout, past_midnight, unwrapped
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -185,6 +185,8 @@ def _recording(run: Run, table: _Table) -> Recording:
             )
         time: Array = run.time * np.arange(len(table.rows), dtype=np.float64)
     else:
+        if falls_throughout(_as_written(run.time, table, run.where)):
+            table.rows.reverse()  # the newest stood first
         time = _time(run.time, table, run.where)
         began = float(time[np.isfinite(time)][0])
     channels = {}
@@ -205,7 +207,7 @@ def _time(source: TimeSource, table: _Table, where: str) -> Array:
     if isinstance(source, StampSource):
         return _stamps(source, table, where)
     column = table.find(source, where)
-    time = _si(source, unwrapped(table.numbers(column), source.wraps))
+    time = _as_written(source, table, where)
     known = _known(time, table, column)
     for k in np.flatnonzero(np.diff(time[known]) <= 0):
         before, after = time[known[k]], time[known[k + 1]]
@@ -220,6 +222,22 @@ def _time(source: TimeSource, table: _Table, where: str) -> Array:
     return time
 
 
+def _as_written(source: TimeSource, table: _Table, where: str) -> Array:
+    """The time of each row as it stands there, s; NaN where there is none."""
+    if isinstance(source, ColumnSource):
+        return _si(source, unwrapped(table.numbers(table.find(source, where)), source.wraps))
+    column = table.find(ColumnSource(source.column, source.occurrence, UNITS['s']), where)
+    read = clock if source.kind == CLOCK else lambda cell: stamp(cell, source.order)
+    time = _read(table, column, read, f'a time as 14:03:22.5{"" if source.kind == CLOCK else " after its date"}')
+    if source.date is not None:
+        time = time + _read(table, table.find(source.date, where), lambda cell: day(cell, source.order), 'a date')
+    elif source.kind == CLOCK:
+        time = past_midnight(time)
+    if source.fraction is not None:
+        time = time + _si(source.fraction, table.numbers(table.find(source.fraction, where)))
+    return time
+
+
 def _known(time: Array, table: _Table, column: int) -> NDArray[np.int64]:
     """The rows that have a time: all of them, unless the map says where the table stands."""
     missing = np.flatnonzero(~np.isfinite(time))
@@ -230,16 +248,8 @@ def _known(time: Array, table: _Table, column: int) -> NDArray[np.int64]:
 
 def _stamps(source: StampSource, table: _Table, where: str) -> Array:
     """Times of day or dates as s from the first."""
-    reference = ColumnSource(source.column, source.occurrence, UNITS['s'])
-    column = table.find(reference, where)
-    read = clock if source.kind == CLOCK else lambda cell: stamp(cell, source.order)
-    time = _read(table, column, read, f'a time as 14:03:22.5{"" if source.kind == CLOCK else " after its date"}')
-    if source.date is not None:
-        time = time + _read(table, table.find(source.date, where), lambda cell: day(cell, source.order), 'a date')
-    elif source.kind == CLOCK:
-        time = past_midnight(time)
-    if source.fraction is not None:
-        time = time + _si(source.fraction, table.numbers(table.find(source.fraction, where)))
+    column = table.find(ColumnSource(source.column, source.occurrence, UNITS['s']), where)
+    time = _as_written(source, table, where)
     known = _known(time, table, column)
     for k in np.flatnonzero(np.diff(time[known]) <= 0):
         raise BadInput(f'{table.at(int(known[k + 1]), column)}: the time is not later than in the row before')

@@ -68,6 +68,7 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
             Unit('ns', 'time', 1e-9),
             Unit('min', 'time', 60.0),
             Unit('h', 'time', 3600.0),
+            Unit('d', 'time', 86400.0),
         )
     }
 )

@@ -211,12 +211,27 @@ def test_mistakes_in_the_manifest_are_one_line(tmp_path, capsys, text, told):
         (['bag', '--manifest', 'runs.yaml'], 'either bags or --manifest'),
         (['--manifest', 'runs.yaml', '--jobs', '0'], '--jobs 0: expected 1 or more'),
         (['--manifest', 'runs.yaml', '--jobs', '2', '--scheduler', 'here:1'], '--scheduler has its own workers'),
+        (['--manifest', 'runs.yaml', '--separate', 'B0'], '--separate B0: expected one of'),
     ],
 )
 def test_options_that_do_not_go_together_are_one_line(tmp_path, capsys, options, told):
     assert main(['diagnose', *options, '--output', str(tmp_path / 'out')]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert told in line
+
+
+def test_options_of_reading_and_fitting_hold_for_every_run(bags, monkeypatch):
+    given = []
+
+    def engine(tasks, jobs):
+        given.extend(task.options for task in tasks)
+        yield from ()
+
+    monkeypatch.setattr('tcp_muscle_ros.commands.engines.local', engine)
+    path = manifest(bags, 'options.yaml', '{name: a, bags: [bag_0]}', '{name: b, bags: [bag_1]}')
+    options = ['--separate', 'B', '--unit', 'temperature=K']
+    main(['diagnose', '--manifest', str(path), '--output', str(bags / 'options'), *options])
+    assert [(one.separate, one.unit) for one in given] == 2 * [(['B'], ['temperature=K'])]
 
 
 def workers(process):

@@ -221,6 +221,17 @@ def test_forced_a_bag_and_a_figure_take_the_place_of_the_old(made, tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ['bag', 'there.png']
 
 
+def test_a_replay_does_not_replace_the_report_whose_rig_it_reads(made, tmp_path, capsys):
+    report = tmp_path / 'report'
+    report.mkdir()
+    (report / 'report.json').write_text('{"schema": "tcp_muscle_ros/diagnosis-2"}')
+    (report / 'rig.yaml').write_text('instruments: {temperature: {gain: 0.96}}\n')
+    options = ['--params', 'karami_tadesse_2017', '--rig', str(report / 'rig.yaml')]
+    assert main(['replay', str(made / 'plain'), *options, '--output', str(report), '--force']) == 2
+    assert 'rig.yaml, which is read, and nothing that is read is overwritten' in capsys.readouterr().err
+    assert (report / 'rig.yaml').exists()
+
+
 OURS = '{"schema": "tcp_muscle_ros/calibration-1"'
 
 

@@ -9,7 +9,7 @@ import recording.labs.first_forty
 import recording.labs.further  # noqa: F401  enters its files
 from recording.labs import by_another
 from recording.labs.bench import FILES
-from recording.labs.check import LEFT_OUT, UNKNOWN, wrong, wrong_by_another
+from recording.labs.check import LEFT_OUT, UNKNOWN, imported, wrong, wrong_by_another
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.bag import read_bag
@@ -75,6 +75,9 @@ def test_there_are_enough_of_them_and_the_document_lists_each_with_its_first_try
         ('I_set (A)', '', Meaning('current', 'A', commanded=True)),
         ('Humidity (%)', '', Meaning('', None)),
         ('40g_forced_air', '', Meaning('ambient', None)),  # no force
+        ('Перемещение, мм', '', Meaning('displacement', 'mm')),
+        ('Ток, мА', '', Meaning('current', 'mA')),
+        ('位移(毫米)', '', Meaning('displacement', 'mm')),
     ],
 )
 def test_a_heading_means(heading, unit_cell, expected):
@@ -179,6 +182,96 @@ def heated(sign, current=True):
         warm += (on - warm) / 8.0
         rows.append(f'{k},{0.2 * on if current else 1},{30 + sign * 3 * warm:.3f}')
     return rows
+
+
+def channel(run, name):
+    (found,) = [column for column in run.columns if column.channel == name]
+    return found
+
+
+def test_a_second_column_of_times_that_goes_another_way_is_of_the_columns_after_it(tmp_path):
+    heads = 't_daq (s),T (degC),t_cam (s),Stroke (mm)'
+    rows = [
+        f'{k / 10:.1f},{23 + k / 10:.1f},' + (f'{0.3 * k + 0.02:.2f},{k / 50}' if k < 20 else ',') for k in range(60)
+    ]
+    (run,) = lab_text(tmp_path, heads, rows=rows)
+    assert channel(run, 'displacement').time.ref.column == 't_cam (s)' and channel(run, 'temperature').time is None
+    rows = [f'{k / 10:.1f},{23 + k / 10:.1f},{k // 10},{k / 50}' for k in range(60)]  # the same time, and of less
+    (run,) = lab_text(tmp_path, heads, rows=rows)
+    assert channel(run, 'displacement').time is None
+
+
+def test_a_line_of_words_among_the_rows_parts_no_run_unless_it_names_one(tmp_path):
+    rows = [f'{k},{23 + k / 10}' for k in range(40)]
+    for line, runs in (('WARN: buffer overrun', 1), ('*** sync ***', 1), ('Run 2', 2)):
+        assert len(lab_text(tmp_path, 't (s),T (degC)', rows=[*rows[:20], line, *rows[20:]])) == runs
+    assert len(lab_text(tmp_path, 't (s),T (degC)', rows=[*rows, 'reset', *rows])) == 2
+
+
+def test_where_the_newest_row_stands_first_the_rows_are_turned(tmp_path):
+    rows = [f'2024-03-14 09:{k // 60:02d}:{k % 60:02d},{23 + k / 10},{0.27 * (k > 20)}' for k in range(90)]
+    path = tmp_path / 'run.csv'
+    path.write_text('\n'.join(['Timestamp,T (degC),I (A)', *rows[::-1]]) + '\n')
+    (recording,) = imported(path, tmp_path)
+    assert list(recording['temperature'].time[[0, -1]]) == [0.0, 89.0]
+    assert recording['temperature'].value[0] == pytest.approx(296.15)
+
+
+def test_dates_as_a_spreadsheet_keeps_them_are_days(tmp_path):
+    rows = [f'{45365.375 + k / 86400:.8f},{23 + k / 10}' for k in range(40)]
+    (run,) = lab_text(tmp_path, 'Date/Time,T (degC)', rows=rows)
+    assert run.time.unit == 'd'
+    (run,) = lab_text(tmp_path, 'Time,T (degC)', rows=rows)
+    assert run.time.unit == 's'
+
+
+def test_nines_that_stand_for_no_number_are_none(tmp_path):
+    rows = [f'{k},{"-999.9" if k % 9 == 4 else 23 + k / 10},{"9.9E+37" if k < 3 else 14}' for k in range(40)]
+    (run,) = lab_text(tmp_path, 't (s),T (degC),R (ohm)', rows=rows)
+    assert set(run.layout.missing) == {'-999.9', '9.9E+37'}
+    (run,) = lab_text(tmp_path, 't (s),F (mN)', rows=[f'{k},{990 + k}' for k in range(40)])  # 999 among its like
+    assert run.layout.missing == ()
+
+
+@pytest.mark.parametrize(
+    ('line', 'load', 'room'),
+    [
+        ('Belastung: 60 g', 0.588399, None),
+        ('# suspended mass = 50 g', 0.490333, None),
+        ('Masa colgada:,50 g', 0.490333, None),
+        ('Massa suspensa (g);60', 0.588399, None),
+        ('荷重[g],50', 0.490333, None),
+        ('% Load: 0.59 N', 0.59, None),
+        ('Room temperature: 72.5 F', None, 22.5),
+        ('Load cell: 10 N', None, None),
+        ('Max load: 5 N', None, None),
+        ('Fibre mass: 60 g', None, None),
+        ('Load: 60', None, None),
+        ('Loaded on 12.3. by K. 5 N', None, None),
+    ],
+)
+def test_what_hangs_on_it_and_the_room_are_taken_from_the_words_above(tmp_path, line, load, room):
+    (run,) = lab_text(tmp_path, 'Test 4', line, '', 't (s),I (A),x (mm)', rows=heated(1))
+    assert (run.known.get('load_n'), run.known.get('ambient_c')) == (load, room)
+    assert any('as is written above' in note for note in run.notes) == (load is not None or room is not None)
+
+
+def test_what_a_column_has_is_not_taken_from_the_words_above(tmp_path):
+    rows = [f'{row},0.3' for row in heated(1)]
+    (run,) = lab_text(tmp_path, 'Load: 60 g', 't (s),I (A),x (mm),F (N)', rows=rows)
+    assert 'load_n' not in run.known
+
+
+@pytest.mark.parametrize('line', ['L0 = 150 mm', 'Gauge length (mm):,150', 'Länge: 15 cm'])
+def test_a_strain_is_of_the_length_that_is_written_above(tmp_path, line):
+    (run,) = lab_text(tmp_path, line, 'Faserlänge: 500 mm', 'Time (s),Current (A),Strain (%)', rows=heated(1))
+    assert channel(run, 'displacement').scale == pytest.approx(0.0015)
+
+
+def test_of_two_columns_the_one_with_a_unit_is_the_channel(tmp_path):
+    rows = [f'{row},{k / 10}' for k, row in enumerate(heated(1))]
+    (run,) = lab_text(tmp_path, 't (s),I (A),laser (mm),laser_V', rows=rows)
+    assert channel(run, 'displacement').ref.column == 'laser (mm)'
 
 
 @pytest.mark.parametrize('sign', [1, -1])

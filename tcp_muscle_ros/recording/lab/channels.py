@@ -13,6 +13,7 @@ from tcp_muscle_ros.recording.lab.columns import Column
 from tcp_muscle_ros.recording.lab.draft import DraftColumn, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Row
 from tcp_muscle_ros.recording.lab.preamble import rest_length
+from tcp_muscle_ros.recording.lab.stand_ins import stand_ins
 from tcp_muscle_ros.recording.lab.times import kind_of
 from tcp_muscle_ros.recording.lab.timing import times as times_of
 from tcp_muscle_ros.recording.lab.vocabulary import SHARES
@@ -28,6 +29,7 @@ _ROOM = (278.0, 316.0)  # K
 _SURE = 0.9  # of a correlation
 _LAGS = (3.0, 8.0, 20.0, 40.0)  # s
 _AWAY = 2.0  # times its span, from which on a position does not begin at its zero
+_APART = 2.0  # rows, by which two clocks come apart
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,8 @@ def _candidate(column: Column, columns: Sequence[Column], decimal: str) -> Candi
     channel = _CHANNEL_OF.get(kind, kind)
     if channel not in CHANNELS:
         return None
-    numbers = [number(cell, decimal) for cell in column.cells]
+    missing = stand_ins(column.cells, decimal)
+    numbers = [None if cell in missing else number(cell, decimal) for cell in column.cells]
     rows = np.array([np.nan if each is None else each for each in numbers], dtype=np.float64)
     value = rows[np.isfinite(rows)]
     if len(value) < max(_FEWEST * len(column.cells), 2):
@@ -169,10 +172,11 @@ def _candidate(column: Column, columns: Sequence[Column], decimal: str) -> Candi
 
 
 def _chosen(channel: str, found: list[Candidate], path: Path) -> Candidate:
-    """The one column for a channel: what is the muscle's own comes first, a stroke before a length."""
+    """The one column for a channel: the muscle's own comes first, a stroke before a length, a unit before none."""
     for better in (
         [each for each in found if each.column.meaning.of_muscle],
         [each for each in found if each.column.meaning.kind == channel],
+        [each for each in found if each.column.meaning.unit],
         found,
     ):
         if len(better) == 1:
@@ -220,10 +224,25 @@ def _clocks(columns: Sequence[Column], time: DraftTime | float, decimal: str) ->
     found: dict[int, DraftTime] = {}
     own: DraftTime | None = None
     first = next(column.heading for column in columns if column.ref == time.ref)
+    at = times_of(columns, time, decimal)
     for column in columns:
-        if column.heading == first and column.ref != time.ref:
-            kind = kind_of(column.cells, column.meaning.unit, decimal)
+        if column.ref in (time.ref, time.date, time.fraction):
+            continue
+        kind = kind_of(column.cells, column.meaning.unit, decimal) if column.meaning.kind == 'time' else None
+        if column.heading == first:
             own = DraftTime(column.ref, kind.unit) if kind is not None else None
+        elif kind is not None and kind.unit in UNITS and _is_another_clock(column, kind.unit, at, decimal):
+            own = DraftTime(column.ref, kind.unit)
         elif own is not None:
             found[column.index] = own
     return found
+
+
+def _is_another_clock(column: Column, unit: str, at: Array, decimal: str) -> bool:
+    """Does it run on from row to row, but not with the time of the table (as a camera's beside a logger's)?"""
+    numbers = [number(cell, decimal) for cell in column.cells]
+    own = UNITS[unit].to_si(np.array([np.nan if each is None else each for each in numbers], dtype=np.float64))
+    both = np.isfinite(own) & np.isfinite(at)
+    if np.count_nonzero(both) < 3 or np.any(np.diff(own[both]) <= 0.0):
+        return False
+    return float(np.ptp(own[both] - at[both])) > _APART * float(np.median(np.diff(at[both])))

@@ -9,17 +9,22 @@ from pathlib import Path
 import numpy as np
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, number
+from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, is_value, number
 from tcp_muscle_ros.recording.lab.channels import channels_of
 from tcp_muscle_ros.recording.lab.columns import Column, columns_of
 from tcp_muscle_ros.recording.lab.draft import DraftRun, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Layout
-from tcp_muscle_ros.recording.lab.reading import sheets_of
+from tcp_muscle_ros.recording.lab.preamble import hanging_load, room_temperature
+from tcp_muscle_ros.recording.lab.reading import LabSheet, sheets_of
+from tcp_muscle_ros.recording.lab.stand_ins import stand_ins
 from tcp_muscle_ros.recording.lab.tables import SHARE, Table, find_tables
-from tcp_muscle_ros.recording.lab.timing import time_of, times
+from tcp_muscle_ros.recording.lab.timing import falls_throughout, time_of, times
+from tcp_muscle_ros.recording.lab.vocabulary import ROLES
+from tcp_muscle_ros.recording.units import UNITS
 
 _HELP = 'say it in a map (--map, see docs/recording.md)'
 _MOST_RUNS = 200  # that one column of names can tell apart
+_GAP = 3.0  # rows that may be missing where a line of words stands
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,7 @@ def guess(path: Path) -> list[DraftRun]:
     runs: list[DraftRun] = []
     without: list[tuple[Table, BadInput]] = []
     for sheet in sheets_of(path):
-        for table in find_tables(sheet.grid):
+        for table in _joined(find_tables(sheet.grid), sheet):
             found = _runs_of(table, sheet.layout, path)
             if isinstance(found, BadInput):
                 without.append((table, found))
@@ -54,6 +59,36 @@ def guess(path: Path) -> list[DraftRun]:
     if not runs:
         raise BadInput(f'{path}: no table of numbers in it; expected a row of headings and rows of numbers below it')
     return _named(runs, path)
+
+
+def _joined(tables: list[Table], sheet: LabSheet) -> list[Table]:
+    """Tables between which a program wrote a line of its own ("WARN: overrun") while the time went on, as one."""
+    found: list[Table] = []
+    for table in tables:
+        if found and _goes_on(found[-1], table, sheet):
+            found[-1] = replace(found[-1], rows=(*found[-1].rows, *table.rows))
+        else:
+            found.append(table)
+    return found
+
+
+def _goes_on(before: Table, after: Table, sheet: LabSheet) -> bool:
+    """Has a table no headings of its own, and times that follow those of the one before, row after row?"""
+    between = [row for row in sheet.grid.rows if before.rows[-1].number < row.number < after.rows[0].number]
+    words = {word.lower() for row in between for cell in row.cells for word in re.findall(r'[^\W\d_]+', cell)}
+    if (
+        after.above != before.above
+        or words & {*ROLES['run'].split()}
+        or any(is_value(c) for r in between for c in r.cells)
+    ):
+        return False
+    columns = columns_of(before, sheet.layout)
+    time = time_of(columns, before.preamble)
+    if not isinstance(time, DraftTime):
+        return False
+    first = times(columns, time, sheet.layout.decimal)
+    second = times(columns_of(after, sheet.layout), time, sheet.layout.decimal)
+    return bool(0.0 < second[0] - first[-1] <= _GAP * np.median(np.diff(first)))
 
 
 def _runs_of(table: Table, layout: Layout, path: Path) -> list[DraftRun] | BadInput:
@@ -124,8 +159,21 @@ def _runs(part: Part, path: Path) -> Iterator[DraftRun]:
     if isinstance(time, float):
         yield _run(part, time, path)
         return
+    part = _forwards(part, time)
     for first, last in _stretches(part, time, path):
         yield _run(part if last - first == len(part.table.rows) else _rows_of(part, first, last), time, path)
+
+
+def _forwards(part: Part, time: DraftTime) -> Part:
+    """The rows from the oldest to the newest, where a logger writes the newest first."""
+    at = times(part.columns, time, part.layout.decimal)
+    if not falls_throughout(at):
+        return part
+    return replace(
+        part,
+        table=replace(part.table, rows=part.table.rows[::-1]),
+        columns=tuple(replace(column, cells=column.cells[::-1]) for column in part.columns),
+    )
 
 
 def _stretches(part: Part, time: DraftTime, path: Path) -> list[tuple[int, int]]:
@@ -159,11 +207,27 @@ def _run(part: Part, time: DraftTime | float, path: Path) -> DraftRun:
     used = {column.ref for column in columns}
     missing = sorted({text for column in part.columns if column.ref in used for text in _texts(column, part.layout)})
     known: dict[str, object] = {'title': part.title} if part.title else {}
+    stated, told = _stated_above(part, {column.channel for column in columns})
+    known, notes = known | stated, [*notes, *told]
     layout = replace(part.layout, missing=tuple(missing))
     return DraftRun(part.title, layout, time, tuple(columns), known, tuple(left_out), tuple(notes))
 
 
+def _stated_above(part: Part, channels: set[str]) -> tuple[dict[str, object], list[str]]:
+    """What the words above a table state that no column has, and that it was taken from there."""
+    known: dict[str, object] = {}
+    load, room = hanging_load(part.table.preamble), room_temperature(part.table.preamble)
+    if load is not None and not channels & {'load', 'force'}:
+        known['load_n'] = round(load, 6)
+    if room is not None and 'ambient' not in channels:
+        known['ambient_c'] = round(UNITS['degC'].from_si(room), 3)
+    said = {'load_n': 'a load of {:g} N', 'ambient_c': 'a room of {:g} degC'}
+    return known, [f'{said[name].format(value)}, as is written above' for name, value in known.items()]
+
+
 def _texts(column: Column, layout: Layout) -> Iterator[str]:
+    """What stands in a column in place of a number."""
+    yield from stand_ins(column.cells, layout.decimal)
     for cell in column.cells:
         if cell.lower() not in NO_NUMBER and number(cell, layout.decimal) is None:
             yield cell

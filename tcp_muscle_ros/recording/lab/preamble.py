@@ -1,4 +1,4 @@
-"""What stands above a table in words: the period of its rows, the length of the muscle."""
+"""What stands above a table in words: the period of its rows, the length of the muscle, what hangs on it, the room."""
 
 import re
 from collections.abc import Sequence
@@ -17,7 +17,25 @@ _INTERVAL = re.compile(
     r'(?:interval\w*|\w*intervall|\w*period\w*|間隔|delta[_ ]?[xt]|\bdt)\W{0,6}([\d.,]+)\s*([^\W\d]+)', re.I
 )
 _DELTA = re.compile(r'delta_x\s+([\d.,]+(?:e[+-]?\d+)?)', re.I)  # LabVIEW, where the X dimension is the time
-_LENGTH = re.compile(r'\b(?:length|länge|longueur|longitud|lunghezza)\b[^\d]*([\d.,]+)\W*(\w+)', re.I)
+# Words that begin a line, a unit in brackets perhaps, a number, a unit perhaps.
+_STATED = re.compile(
+    r'[\W_]*(?P<words>[^\W\d](?:[^\d=:;\[(<]|(?<=[LHlh])0)*)(?:[\[(<](?P<of>[^\])>]*)[\])>])?[\s=:;,~≈]*'
+    r'(?P<number>[+-]?[\d.,]+)\s*(?P<unit>[^\W\d]+|°\s?[CF])?\W*'
+)
+_LENGTHS = 'length länge longueur longitud lunghezza comprimento lengte L0 H0 l0 長さ 试样长度 длина'
+_LOADS = (
+    'load weight mass gewicht last belastung zuglast masse charge carico carga massa masa peso gewichtskraft hanging '
+    'belasting 荷重 重り 负载 负荷 нагрузка груз'
+)
+_ROOMS = 'room ambient raumtemperatur umgebungstemperatur raum ambiante ambiente kamertemperatuur 室温'
+# Of the fibre before it was coiled, of the muscle itself, of what an instrument can bear.
+_OF_OTHERS = (
+    'fibre fiber faser faden filament thread wire cable muscle muskel sample specimen probe cell sensor max maximum '
+    'min capacity range limit pre preload vorlast'
+)
+_HANGS = (0.02, 50.0)  # N
+_RESTS = (0.005, 2.0)  # m
+_ROOM = (278.0, 316.0)  # K
 
 
 def sampled_every(preamble: Sequence[Row]) -> float | None:
@@ -40,12 +58,33 @@ def sampled_every(preamble: Sequence[Row]) -> float | None:
 
 def rest_length(preamble: Sequence[Row]) -> float | None:
     """The length (m) of the muscle that is written above a table."""
+    return _stated(preamble, _LENGTHS, 'length', _RESTS)
+
+
+def hanging_load(preamble: Sequence[Row]) -> float | None:
+    """What hangs on the muscle (N), as is written above a table: "Belastung: 60 g"."""
+    return _stated(preamble, _LOADS, 'force', _HANGS)
+
+
+def room_temperature(preamble: Sequence[Row]) -> float | None:
+    """The room (K) that is written above a table."""
+    return _stated(preamble, _ROOMS, 'temperature', _ROOM)
+
+
+def _stated(preamble: Sequence[Row], known: str, quantity: str, likely: tuple[float, float]) -> float | None:
+    """The one value (SI) of a quantity that lines with such words state; None where they state none, or several."""
+    values = set()
     for row in preamble:
-        found = _LENGTH.search(plain(' '.join(row.cells)))
-        unit, value = (unit_named(found[2]), _number(found[1])) if found else (None, None)
-        if unit and value and UNITS[unit].quantity == 'length':
-            return UNITS[unit].to_si(value)
-    return None
+        found = _STATED.fullmatch(plain(' '.join(row.cells)))
+        words = re.findall(r'[^\W\d_]+0?', found['words']) if found else []
+        lower = {word.lower() for word in words}
+        if not found or not ({*words, *lower} & {*known.split()}) or lower & {*_OF_OTHERS.split()}:
+            continue
+        unit, value = unit_named(found['of'] or found['unit'] or ''), _number(found['number'])
+        if unit and value and UNITS[unit].quantity == quantity:
+            values.add(UNITS[unit].to_si(value))
+    (one,) = values if len(values) == 1 else (None,)
+    return one if one is not None and likely[0] <= one <= likely[1] else None
 
 
 def _number(text: str) -> float | None:

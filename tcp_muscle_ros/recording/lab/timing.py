@@ -1,5 +1,6 @@
 """The time of a table's rows: which columns make it up."""
 
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -15,6 +16,9 @@ from tcp_muscle_ros.recording.recording import Array
 from tcp_muscle_ros.recording.units import UNITS
 
 _COUNTER = 2.0**32  # at which micros() and millis() of a microcontroller begin anew
+_DATED = re.compile(r'dat[eu]|fecha|日付|日期', re.I)
+_SERIAL = (25000.0, 80000.0)  # days since 1900: 1968 to 2119
+_MOST_DAYS = 60.0  # that a run lasts
 
 
 def time_of(columns: Sequence[Column], preamble: Sequence[Row]) -> DraftTime | float | None:
@@ -46,7 +50,16 @@ def _kind(column: Column) -> Kind | None:
     kind = kind_of(column.cells, column.meaning.unit, '.' if not any(',' in c for c in column.cells) else ',')
     if kind is not None and kind.unit in UNITS and column.meaning.kind != 'time':
         return None
-    return kind
+    return Kind('d') if kind is not None and kind.unit == 's' and _counts_days(column) else kind
+
+
+def _counts_days(column: Column) -> bool:
+    """Are dates written as a spreadsheet keeps them, in days since 1900 (45365.375)?"""
+    if column.meaning.unit is not None or not _DATED.search(column.heading):
+        return False
+    values = [each for each in (number(cell) or number(cell, ',') for cell in column.cells) if each is not None]
+    dates = all(_SERIAL[0] <= value <= _SERIAL[1] for value in values)
+    return dates and bool(values) and abs(values[-1] - values[0]) < _MOST_DAYS
 
 
 def _begins_anew(column: Column) -> bool:
@@ -120,6 +133,12 @@ def times(columns: Sequence[Column], time: DraftTime, decimal: str) -> Array:
             _array([number(cell, decimal) for cell in cells[time.fraction]])
         )
     return value
+
+
+def falls_throughout(time: Array) -> bool:
+    """Do times fall from row to row, as where the newest row stands first?"""
+    known = time[np.isfinite(time)]
+    return len(known) > 2 and bool(np.all(np.diff(known) < 0.0))
 
 
 def unwrapped(value: Array, wraps: float) -> Array:
