@@ -98,6 +98,9 @@ def test_an_output_that_holds_an_input_is_refused_even_by_force(tmp_path):
     with pytest.raises(BadInput, match='is read'):
         refuse_among(tmp_path / 'bags' / '..' / 'bags' / 'run', [old])
     refuse_among(tmp_path / 'bags' / 'run2', [old])
+    with pytest.raises(BadInput, match=r'is inside .*run, which is read'):
+        refuse_among(old / 'metadata.yaml', [old])
+    refuse_among(tmp_path / 'bags' / 'new', [tmp_path / 'bags'])  # a folder of files that are imported may hold it
 
 
 def test_a_full_disk_leaves_the_old_file_whole_and_nothing_else(tmp_path):

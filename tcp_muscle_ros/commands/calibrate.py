@@ -79,11 +79,12 @@ def add_separate_argument(parser: argparse.ArgumentParser) -> None:
 def refuse_unknown(separate: Sequence[str]) -> None:
     """BadInput for the name of what no recording can have for itself."""
     from tcp_muscle_ros.diagnosis.model.tcp_muscle import SEPARABLE
-    from tcp_muscle_ros.errors import BadInput, nearest
+    from tcp_muscle_ros.errors import BadInput
 
     for name in separate:
         if name not in SEPARABLE:
-            raise BadInput(f'--separate {name}: expected one of {", ".join(SEPARABLE)}{nearest(name, SEPARABLE)}')
+            known = ', '.join(SEPARABLE)
+            raise BadInput(f'--separate {name}: expected one of {known}')
 
 
 def admitted(recordings: Sequence[Recording], nominal: ParameterFile, most: int) -> list[Experiment]:

@@ -88,10 +88,13 @@ def writable_file(path: str | Path, *, force: bool = False, option: str = '--out
 
 
 def refuse_among(path: str | Path, inputs: Iterable[str | Path]) -> None:
-    """BadInput where an output would take the place of an input, or of a folder that holds one."""
+    """BadInput where an output would take the place of an input, or of a folder that holds one, or be inside a bag."""
     place = Path(path).resolve()
     for given in inputs:
         read = Path(given).resolve()
+        inside = read in place.parents and read.is_dir()
+        if inside and any(name.endswith(_OF_A_BAG) for name in os.listdir(read)):
+            raise BadInput(f'{path}: is inside {given}, which is read; give another path')
         if read.exists() and (place == read or place in read.parents):
             is_it = 'is' if place == read else f'holds {given}, which is'
             raise BadInput(f'{path}: {is_it} read, and nothing that is read is overwritten; give another path')

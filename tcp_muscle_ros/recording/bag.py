@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
 
 JOINT_STATES = 'joint_states'
+_SHOWN = 5  # bags of a folder that was taken for one
 _LARGEST = 1e30  # of a value, whose cube a float still holds; more is a damaged message
 _FROM_JOINT_STATES = {'displacement': 'position', 'force': 'effort'}
 
@@ -128,7 +129,9 @@ class _Bag:
             (p for p in path.iterdir() if re.search(r'\.(mcap|db3)(\.zstd)?$', p.name) and p.is_file()), key=_by_number
         )
         if not files:
-            raise BadInput(f'{path}: no bag: the directory has no .mcap or .db3 file')
+            below = sorted(str(each.parent) for each in path.glob('*/*') if each.suffix in ('.mcap', '.db3'))
+            hint = f'; bags in it: {", ".join(list(dict.fromkeys(below))[:_SHOWN])}' if below else ''
+            raise BadInput(f'{path}: no bag: the directory has no .mcap or .db3 file{hint}')
         description = path / 'metadata.yaml'
         self._metadata = description.read_text(encoding='utf-8', errors='replace') if description.is_file() else ''
         if not self._metadata.strip('\0 \n'):

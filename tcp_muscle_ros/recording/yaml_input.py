@@ -126,7 +126,7 @@ def load_yaml(path: str | Path) -> Section:
         hint = nearest(path.name, [name for name in siblings if name.endswith(('.yaml', '.yml'))])
         raise BadInput(f'{path}: cannot be read ({error.strerror}){hint}') from None
     except UnicodeDecodeError:
-        raise BadInput(f'{path}: not a text file, expected YAML') from None
+        raise BadInput(f'{path}: not UTF-8 text, expected YAML') from None
     except NotYaml as error:
         at = f':{error.at[0]}:{error.at[1]}' if error.at else ''
         raise BadInput(f'{path}{at}: not valid YAML: {error}') from None

@@ -151,8 +151,9 @@ def load(path: Path) -> object:
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else 'not a text file'
-        raise BadInput(f'{path}: cannot read the parameter file: {reason}') from None
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else 'not UTF-8 text'
+        hint = nearest(str(path), SETS) if isinstance(error, FileNotFoundError) and not path.suffix else ''
+        raise BadInput(f'{path}: cannot read the parameter file: {reason}{hint}') from None
     try:
         return parse(text)
     except NotYaml as error:

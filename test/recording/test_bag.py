@@ -498,6 +498,8 @@ def test_bags_that_cannot_be_read_say_why_in_one_line(tmp_path):
     write_foreign(tmp_path / 'other', [('/scan', START, float64(1)), ('/odom', START, float64(1))])
     write_foreign(tmp_path / 'no_messages', [])
     (tmp_path / 'folder').mkdir()
+    (tmp_path / 'folder_of_bags').mkdir()
+    write_foreign(tmp_path / 'folder_of_bags' / 'a', [])
     (tmp_path / 'text.mcap').write_text('this is no bag')
     (tmp_path / 'log.csv').write_text('time,temperature')
     (tmp_path / 'text.db3').write_text('this is no bag, and long enough to be taken for a header of sqlite')
@@ -507,7 +509,8 @@ def test_bags_that_cannot_be_read_say_why_in_one_line(tmp_path):
     for name, says in {
         'other': r'no known topic; it has /odom, /scan; say which is which with --channel NAME=TOPIC\[.FIELD\]',
         'no_messages': 'empty bag',
-        'folder': 'no bag: the directory has no .mcap or .db3 file',
+        'folder': 'no bag: the directory has no .mcap or .db3 file$',
+        'folder_of_bags': 'no .mcap or .db3 file; bags in it: .*folder_of_bags/a$',
         'text.mcap': 'not an MCAP file',
         'log.csv': "expected a rosbag2; 'tcp_muscle import' makes bags of CSV files",
         'text.db3': 'not a readable rosbag2 sqlite3 file',
