@@ -4,11 +4,8 @@ ros2 launch tcp_muscle_ros closed_loop.launch.py
 ros2 topic pub -r 10 /displacement_setpoint std_msgs/msg/Float64 '{data: 0.02}'
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch_ros.actions import Node
-
-from tcp_muscle_ros.settings.launch_arguments import joint_of, number, read_arguments
+from tcp_muscle_ros.nodes.launching import description, node
+from tcp_muscle_ros.settings.launch_arguments import number, parameters_of
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle and of its controller'),
@@ -19,30 +16,18 @@ ARGUMENTS = [
 ]
 
 
-def nodes(context):
-    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('sim_node', 'controller_node'))
-    shared = [value['params_file']] if value['params_file'] else []
-    if value['rate_hz']:
-        shared.append({'rate_hz': number('rate_hz', value['rate_hz'])})
-    if joint := joint_of(value, 'sim_node'):
-        shared.append(joint)
+def start(value):
+    shared = parameters_of(value, 'sim_node')
     simulated, controlled = list(shared), list(shared)
     if value['real_time_factor']:
         factor = number('real_time_factor', value['real_time_factor'])
         simulated.append({'real_time_factor': factor, 'lockstep_nodes': 1})
         controlled.append({'use_sim_time': factor != 1.0})
     return [
-        Node(
-            package='tcp_muscle_ros',
-            executable=executable,
-            namespace=value['namespace'],
-            parameters=parameters,
-            output='screen',
-        )
-        for executable, parameters in (('sim_node', simulated), ('controller_node', controlled))
+        node('sim_node', value['namespace'], simulated),
+        node('controller_node', value['namespace'], controlled),
     ]
 
 
 def generate_launch_description():
-    declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in ARGUMENTS]
-    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])
+    return description(__file__, ARGUMENTS, start, reads=('sim_node', 'controller_node'))

@@ -3,11 +3,10 @@
 ros2 launch tcp_muscle_ros record.launch.py output:=my_run namespace:=finger_1
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
+from launch.actions import ExecuteProcess
 from launch_ros.substitutions import ExecutableInPackage
 
-from tcp_muscle_ros.settings.launch_arguments import read_arguments
+from tcp_muscle_ros.nodes.launching import description
 
 ARGUMENTS = [
     ('output', 'recording', 'folder of the bag; must not exist yet'),
@@ -16,8 +15,7 @@ ARGUMENTS = [
 ]
 
 
-def processes(context):
-    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations)
+def start(value):
     options = ['--output', value['output']]
     if value['namespace']:
         options += ['--namespace', value['namespace']]
@@ -29,5 +27,4 @@ def processes(context):
 
 
 def generate_launch_description():
-    declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in ARGUMENTS]
-    return LaunchDescription([*declared, OpaqueFunction(function=processes)])
+    return description(__file__, ARGUMENTS, start)

@@ -9,14 +9,13 @@ ros2 topic pub --once /muscle_position_controller/commands std_msgs/msg/Float64M
 import tempfile
 from pathlib import Path
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import Command, FindExecutable, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
-from tcp_muscle_ros.settings.launch_arguments import read_arguments
+from tcp_muscle_ros.nodes.launching import description, node
+from tcp_muscle_ros.settings.launch_arguments import config_file, parameters_of
 
 ARGUMENTS = [
     ('joint_name', 'tcp_muscle', 'joint of the muscle, in the URDF and in config/controllers.yaml'),
@@ -24,43 +23,31 @@ ARGUMENTS = [
     ('params_file', '', 'parameter file of the muscle under /**:, shared by both nodes'),
     ('controllers_file', '', 'parameters of the controllers; empty: config/controllers.yaml with the joint_name'),
 ]
+MUSCLE = ('sim_node', 'controller_node')
 CONTROLLERS = ['joint_state_broadcaster', 'muscle_position_controller']
 
 
-def controllers_for(joint, share):
+def controllers_for(joint):
     """A copy of config/controllers.yaml for a joint of another name."""
-    text = (Path(share) / 'config' / 'controllers.yaml').read_text(encoding='utf-8')
+    text = config_file('controllers.yaml').read_text(encoding='utf-8')
     copy = Path(tempfile.mkdtemp(prefix='tcp_muscle_')) / 'controllers.yaml'
     copy.write_text(text.replace('tcp_muscle', joint), encoding='utf-8')
     return str(copy)
 
 
-def nodes(context):
-    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('sim_node', 'controller_node'))
+def start(value):
     joint = value['joint_name']
     namespace = value['namespace'].strip('/') or joint
-    share = FindPackageShare('tcp_muscle_ros')
-    xacro = PathJoinSubstitution([share, 'urdf', 'tcp_muscle.urdf.xacro'])
+    xacro = PathJoinSubstitution([FindPackageShare('tcp_muscle_ros'), 'urdf', 'tcp_muscle.urdf.xacro'])
     arguments = [' name:=', joint, ' namespace:=', f'/{namespace}']
-    description = Command([FindExecutable(name='xacro'), ' ', xacro, *arguments])
-    controllers = value['controllers_file'] or controllers_for(joint, share.perform(context))
-    parameters = [*([value['params_file']] if value['params_file'] else []), {'joint_name': joint}]
-    muscle = [
-        Node(
-            package='tcp_muscle_ros',
-            executable=executable,
-            namespace=namespace,
-            parameters=parameters,
-            output='screen',
-        )
-        for executable in ('sim_node', 'controller_node')
-    ]
+    robot = Command([FindExecutable(name='xacro'), ' ', xacro, *arguments])
+    controllers = value['controllers_file'] or controllers_for(joint)
     return [
-        *muscle,
+        *(node(name, namespace, parameters_of(value, name)) for name in MUSCLE),
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',
-            parameters=[{'robot_description': ParameterValue(description, value_type=str)}],
+            parameters=[{'robot_description': ParameterValue(robot, value_type=str)}],
         ),
         Node(package='controller_manager', executable='ros2_control_node', parameters=[controllers], output='screen'),
         Node(package='controller_manager', executable='spawner', arguments=[*CONTROLLERS, '--param-file', controllers]),
@@ -68,5 +55,4 @@ def nodes(context):
 
 
 def generate_launch_description():
-    declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in ARGUMENTS]
-    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])
+    return description(__file__, ARGUMENTS, start, reads=MUSCLE)

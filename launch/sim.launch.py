@@ -3,11 +3,8 @@
 ros2 launch tcp_muscle_ros sim.launch.py namespace:=finger_1 params_file:=muscle.yaml rate_hz:=200
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch_ros.actions import Node
-
-from tcp_muscle_ros.settings.launch_arguments import joint_of, number, read_arguments
+from tcp_muscle_ros.nodes.launching import description, node
+from tcp_muscle_ros.settings.launch_arguments import number, parameters_of
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle; several muscles stand side by side in several namespaces'),
@@ -18,25 +15,12 @@ ARGUMENTS = [
 ]
 
 
-def nodes(context):
-    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('sim_node',))
-    parameters = [value['params_file']] if value['params_file'] else []
-    numbers = {name: number(name, value[name]) for name in ('rate_hz', 'real_time_factor') if value[name]}
-    if numbers:
-        parameters.append(numbers)
-    if joint := joint_of(value, 'sim_node'):
-        parameters.append(joint)
-    return [
-        Node(
-            package='tcp_muscle_ros',
-            executable='sim_node',
-            namespace=value['namespace'],
-            parameters=parameters,
-            output='screen',
-        )
-    ]
+def start(value):
+    parameters = parameters_of(value, 'sim_node')
+    if value['real_time_factor']:
+        parameters.append({'real_time_factor': number('real_time_factor', value['real_time_factor'])})
+    return [node('sim_node', value['namespace'], parameters)]
 
 
 def generate_launch_description():
-    declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in ARGUMENTS]
-    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])
+    return description(__file__, ARGUMENTS, start, reads=('sim_node',))

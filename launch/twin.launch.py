@@ -5,11 +5,8 @@ ros2 topic pub -r 10 /displacement_setpoint std_msgs/msg/Float64 '{data: 0.01}'
 ros2 topic echo /diagnostics
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch_ros.actions import Node
-
-from tcp_muscle_ros.settings.launch_arguments import read_arguments, switch
+from tcp_muscle_ros.nodes.launching import description, node
+from tcp_muscle_ros.settings.launch_arguments import switch
 
 ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle, its controller and its twin'),
@@ -22,9 +19,8 @@ ARGUMENTS = [
 ]
 
 
-def nodes(context):
-    value = read_arguments(__file__, ARGUMENTS, context.launch_configurations, nodes=('sim_node',))
-    muscle = [value['params_file'] or {'effects': [value['concealed']]}]
+def start(value):
+    muscle = value['params_file'] or {'effects': [value['concealed']]}
     model = [value['model_file']] if value['model_file'] else []
     twin = {
         'params_file': value['model_file'],
@@ -34,17 +30,11 @@ def nodes(context):
         'adopting_controller': 'controller_node',
     }
     return [
-        Node(
-            package='tcp_muscle_ros',
-            executable=executable,
-            namespace=value['namespace'],
-            parameters=parameters,
-            output='screen',
-        )
-        for executable, parameters in (('sim_node', muscle), ('controller_node', model), ('twin_node', [twin]))
+        node('sim_node', value['namespace'], [muscle]),
+        node('controller_node', value['namespace'], model),
+        node('twin_node', value['namespace'], [twin]),
     ]
 
 
 def generate_launch_description():
-    declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in ARGUMENTS]
-    return LaunchDescription([*declared, OpaqueFunction(function=nodes)])
+    return description(__file__, ARGUMENTS, start, reads=('sim_node',))

@@ -66,10 +66,10 @@ TEST_DEPENDENCIES = {
     'python3-psutil': 'psutil',
     'python3-jsonschema': 'jsonschema',
 }
+# ROS packages that launch files import, with what they share in `nodes.launching`: a ROS 2 installation has them.
+LAUNCH = {'launch', 'launch_ros'}
 # ROS packages that only launch files name.
 LAUNCH_DEPENDENCIES = {
-    'launch',
-    'launch_ros',
     'xacro',
     'robot_state_publisher',
     'controller_manager',
@@ -188,7 +188,7 @@ def test_what_is_imported_is_declared_and_the_reverse(setup_py):
 
 def test_ros_extra_has_every_ros_package_that_is_imported(setup_py):
     wheels = {Requirement(text).name for text in setup_py['extras']['ros']}
-    ros = {key for key in declared('exec_depend') if not key.startswith('python3-')} - LAUNCH_DEPENDENCIES
+    ros = {key for key in declared('exec_depend') if not key.startswith('python3-')} - LAUNCH_DEPENDENCIES - LAUNCH
     wanted = {'ros-' + name.replace('_', '-') for name in ros - {'rclpy'}} | {'ros-jazzy-rclpy'}
     assert wheels == wanted
 

@@ -1,18 +1,21 @@
-"""The launch files: they name programs that exist; where ROS 2's launch is installed, they are loaded by it."""
+"""The launch files: what they start and what they refuse, with stand-ins for launch, or with launch where it is."""
 
-import ast
 import importlib.util
 import re
+import sys
 from configparser import ConfigParser
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
 
 import pytest
+import yaml
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.settings.launch_arguments import joint_of, read_arguments
 
 ROOT = Path(__file__).resolve().parents[1]
 LAUNCH_FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
+LAUNCHING = 'tcp_muscle_ros.nodes.launching'
 
 
 def programs():
@@ -41,56 +44,114 @@ def test_all_of_them_are_there():
     ]
 
 
-@pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)
-def test_names_programs_that_are_installed(path):
-    tree = ast.parse(path.read_text(encoding='utf-8'))
-    functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
-    assert 'generate_launch_description' in functions
-    text = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
-    assert text & programs()
-    assert 'tcp_muscle_ros' in text
+class StandIn(SimpleNamespace):
+    """A class of launch's: what it is made with."""
+
+    def __init__(self, *given, **named):
+        super().__init__(given=given, **named)
+
+    def perform(self, context):
+        raise AssertionError('what only a ROS 2 installation can say is asked for before anything starts')
+
+
+STAND_INS = {
+    'launch': ['LaunchDescription'],
+    'launch.actions': ['DeclareLaunchArgument', 'ExecuteProcess', 'OpaqueFunction'],
+    'launch.substitutions': ['Command', 'FindExecutable', 'PathJoinSubstitution'],
+    'launch_ros': [],
+    'launch_ros.actions': ['Node'],
+    'launch_ros.parameter_descriptions': ['ParameterValue'],
+    'launch_ros.substitutions': ['ExecutableInPackage', 'FindPackageShare'],
+}
+
+
+@pytest.fixture
+def launched(monkeypatch):
+    """What a launch file starts where `ros2 launch` is told so: its actions, in a launch that only takes notes."""
+    for name, classes in STAND_INS.items():
+        module = ModuleType(name)
+        vars(module).update({one: type(one, (StandIn,), {}) for one in classes})
+        monkeypatch.setitem(sys.modules, name, module)
+    specification = importlib.util.find_spec(LAUNCHING)
+    helper = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(helper)
+    monkeypatch.setitem(sys.modules, LAUNCHING, helper)
+
+    def launched(name, **given):
+        words = [f'{argument}:={value}' for argument, value in given.items()]
+        monkeypatch.setattr(sys, 'argv', ['ros2', 'launch', 'tcp_muscle_ros', name, *words])
+        (entities,) = load(ROOT / 'launch' / name).generate_launch_description().given
+        *declared, function = entities
+        assert all(one.description for one in declared)
+        defaults = {one.given[0]: one.default_value for one in declared}
+        return function.function(SimpleNamespace(launch_configurations=defaults | given))
+
+    return launched
 
 
 def arguments_of(path):
-    """The table ARGUMENTS of a launch file, without launch."""
-    tree = ast.parse(path.read_text(encoding='utf-8'))
-    (table,) = (
-        node.value
-        for node in tree.body
-        if isinstance(node, ast.Assign) and [getattr(one, 'id', '') for one in node.targets] == ['ARGUMENTS']
-    )
-    return ast.literal_eval(table)
+    """The names that a launch file declares."""
+    return set(re.findall(r"^    \('(\w+)', ", path.read_text(encoding='utf-8'), re.MULTILINE))
 
 
-def read(path, nodes=('sim_node',), **given):
-    """What the launch file reads where `ros2 launch` is told so."""
-    rows = arguments_of(path)
-    configurations = {name: default for name, default, _ in rows} | given
-    argv = ['ros2', 'launch', 'tcp_muscle_ros', path.name, *(f'{name}:={value}' for name, value in given.items())]
-    return read_arguments(str(path), rows, configurations, argv, nodes)
+def parameters_of(action):
+    """What a node gets where the last entry wins, files read."""
+    values = {}
+    for entry in action.parameters:
+        if isinstance(entry, str):
+            entry = yaml.safe_load(Path(entry).read_text())['/**']['ros__parameters']
+        values |= entry
+    return values
 
 
 @pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)
-def test_what_it_does_not_know_is_refused_before_anything_starts(path, tmp_path):
-    calls = {node.func.id for node in ast.walk(ast.parse(path.read_text())) if hasattr(getattr(node, 'func', 0), 'id')}
-    assert 'read_arguments' in calls
+def test_names_programs_that_are_installed(path, launched):
+    actions = launched(path.name, namespace='left')
+    mine = [one for one in actions if getattr(one, 'package', '') == 'tcp_muscle_ros']
+    tools = [one.cmd[0] for one in actions if hasattr(one, 'cmd')]
+    assert mine or tools
+    assert {one.executable for one in [*mine, *tools]} <= programs()
+    assert {one.namespace for one in mine} <= {'left'}
+    assert all(Path(entry).is_file() for one in mine for entry in one.parameters if isinstance(entry, str))
+
+
+def test_later_parameters_win_over_the_file_that_was_given(launched, tmp_path):
+    file = tmp_path / 'muscle.yaml'
+    file.write_text('/**:\n  ros__parameters:\n    {rate_hz: 20.0, joint_name: thumb, current_limit_a: 0.3}\n')
+    muscle, controller = launched(
+        'closed_loop.launch.py', params_file=str(file), rate_hz='50', joint_name='index', real_time_factor='0'
+    )
+    same = {'rate_hz': 50.0, 'joint_name': 'index', 'current_limit_a': 0.3}
+    assert parameters_of(muscle) == same | {'real_time_factor': 0.0, 'lockstep_nodes': 1}
+    assert parameters_of(controller) == same | {'use_sim_time': True}
+    (hardware,) = launched('hardware.launch.py', params_file=str(file))
+    assert parameters_of(hardware) == {
+        'rate_hz': 20.0, 'joint_name': 'thumb', 'current_limit_a': 0.1, 'start_enabled': False
+    }  # fmt: skip
+    (simulated,) = launched('sim.launch.py', namespace='left/finger_1', real_time_factor='2')
+    assert parameters_of(simulated) == {'joint_name': 'finger_1', 'real_time_factor': 2.0}
+    assert [one.executable for one in launched('hand.launch.py', controller='false')] == ['sim_node']
+
+
+@pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)
+def test_what_it_does_not_know_is_refused_before_anything_starts(path, launched, tmp_path):
     with pytest.raises(BadInput, match=r"unknown launch argument 'namspace'; did you mean 'namespace'\?"):
-        read(path, namspace='finger')
-    names = {name for name, _, _ in arguments_of(path)}
+        launched(path.name, namspace='finger')
+    names = arguments_of(path)
     if 'params_file' in names:
         with pytest.raises(BadInput, match=r'missing\.yaml: cannot read the parameter file'):
-            read(path, params_file=str(tmp_path / 'missing.yaml'))
+            launched(path.name, params_file=str(tmp_path / 'missing.yaml'))
     for name in names & {'rate_hz', 'real_time_factor', 'duration_s', 'current_limit_a'}:
         with pytest.raises(BadInput, match=f"launch argument '{name}' is 'fast'; expected a number"):
-            read(path, **{name: 'fast'})
+            launched(path.name, **{name: 'fast'})
 
 
 def test_within_another_launch_file_its_arguments_are_left_alone():
-    path = ROOT / 'launch' / 'sim.launch.py'
-    rows = arguments_of(path)
+    rows = [('namespace', '', 'of the muscle'), ('rate_hz', '', 'ticks a second')]
     argv = ['ros2', 'launch', 'my_robot', 'bringup.launch.py', 'robot:=left']
-    values = read_arguments(str(path), rows, {'robot': 'left', **{name: default for name, default, _ in rows}}, argv)
-    assert values['namespace'] == '' and 'robot' not in values
+    configurations = {'robot': 'left', 'namespace': '', 'rate_hz': ''}
+    values = read_arguments(str(ROOT / 'launch' / 'sim.launch.py'), rows, configurations, argv)
+    assert values == {'namespace': '', 'rate_hz': ''}
 
 
 def test_the_joint_follows_the_namespace_unless_told_otherwise(tmp_path):
@@ -110,9 +171,9 @@ def test_the_joint_follows_the_namespace_unless_told_otherwise(tmp_path):
     }
 
 
-def test_a_switch_is_true_or_false():
+def test_a_switch_is_true_or_false(launched):
     with pytest.raises(BadInput, match="launch argument 'controller' is 'maybe'; expected true or false"):
-        read(ROOT / 'launch' / 'hand.launch.py', controller='maybe')
+        launched('hand.launch.py', controller='maybe')
 
 
 def test_ros2_run_finds_the_programs():

@@ -80,15 +80,14 @@ class Ticks:
 
 
 def _between_neighbours(time: Index, sure: NDArray[np.bool_]) -> Index:
-    """Times in the order of the log: those that are not `sure` and break it are spread between the sure ones."""
+    """Times in the order of the log: those that are not `sure` and break it are spread between those that are kept."""
     if sure.all() or not sure.any():
         return time
-    count = np.arange(len(time))
-    start = time[sure][0]
-    spread = start + np.interp(count, count[sure], (time[sure] - start).astype(np.float64)).astype(np.int64)
-    spread += count - np.clip(count, count[sure][0], count[sure][-1])  # beyond the sure ones: 1 ns apart
     before = np.maximum.accumulate(np.where(sure, time, np.iinfo(np.int64).min))
     after = np.minimum.accumulate(np.where(sure, time, np.iinfo(np.int64).max)[::-1])[::-1]
-    stretch = np.cumsum(sure)
-    breaks_order = np.bincount(stretch, ~sure & ((time <= before) | (time >= after))) > 0
-    return np.where(~sure & breaks_order[stretch], spread, time)
+    kept = sure | ((before < time) & (time < after))
+    count = np.arange(len(time))
+    start = time[kept][0]
+    spread = start + np.interp(count, count[kept], (time[kept] - start).astype(np.float64)).astype(np.int64)
+    spread += count - np.clip(count, count[kept][0], count[kept][-1])  # beyond the kept ones: 1 ns apart
+    return np.where(kept, time, spread)

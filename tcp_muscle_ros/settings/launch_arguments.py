@@ -4,6 +4,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.settings.parameter_file import values_for
@@ -53,6 +54,26 @@ def read_arguments(
         for node in nodes:
             values_for(Path(values[FILE]), node)
     return values
+
+
+def config_file(name: str) -> Path:
+    """A file of config/ as this package has it."""
+    return Path(__file__).resolve().parent.parent / 'config' / name
+
+
+def parameters_of(values: Mapping[str, str], node: str, own: str = '') -> list[Any]:
+    """The parameters that a node is started with, of which later ones win: its file, the rate, the joint's name.
+
+    ``own`` is the file of config/ where the user gave none. An argument that the launch file does not declare says
+    nothing; neither does an empty one.
+    """
+    file = values[FILE] or (str(config_file(own)) if own else '')
+    parameters: list[Any] = [file] if file else []
+    if values.get('rate_hz'):
+        parameters.append({'rate_hz': number('rate_hz', values['rate_hz'])})
+    if 'joint_name' in values and (joint := joint_of(values, node)):
+        parameters.append(joint)
+    return parameters
 
 
 def joint_of(values: Mapping[str, str], node: str) -> dict[str, str]:

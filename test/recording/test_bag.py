@@ -129,6 +129,21 @@ def test_the_order_of_a_topics_messages_is_never_changed(tmp_path):
     assert np.all(np.diff(recording['displacement'].time) > 0)
 
 
+def test_while_a_muscle_is_silent_what_is_said_to_it_keeps_its_log_times(tmp_path):
+    """Killed for two seconds, in the middle and at the end: one message beside a tick moves none of those far from it.
+
+    Each tick is stamped 3 ms after it was logged, so that a second message near the last of them comes before it.
+    """
+    logged = [START + k * 10 * MS for k in (*range(1000), *range(1200, 1500))]
+    commands = [*(START + k * 10 * MS for k in range(1700)), START + 999 * 10 * MS + MS, START + 1499 * 10 * MS + MS]
+    rows = [('/m1/temperature', log, temperature(20.0, log + 3 * MS)) for log in logged]
+    rows += [('/m1/current_command', log, float64(0.1)) for log in commands]
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    times = recording.start_ns - START + np.round(recording['current_command'].time * 1e9)
+    assert np.abs(times - (np.sort(commands) - START)).max() < 10 * MS  # a period
+    assert len(times) == len(commands)
+
+
 def test_stamps_of_another_clock_carry_the_unstamped_messages_along(tmp_path):
     """Simulated time in the stamps, wall time in the log: every channel is on the stamps' clock."""
     rows = []
