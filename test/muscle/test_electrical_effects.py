@@ -37,6 +37,14 @@ def test_lags_solve_their_equations():
         assert_same(model('supply_lag', PULSE, {'loop': loop}), kelvin, contraction(kelvin))
 
 
+def test_a_supply_of_power_that_overshoots_takes_none_back():
+    muscle = NOMINAL.with_effects('supply_lag').replace({'supply_lag.tau': 0.6, 'supply_lag.loop': 2.0})
+    time = np.arange(0.0, 30.0, 0.05)
+    run = simulate(muscle, time, np.where((time > 1.0) & (time < 15.0), 0.8, 0.0), kind='power', load=0.5)
+    assert run.current[(time > 5.0) & (time < 15.0)].min() > 0.2  # it heats
+    assert np.isfinite(run.current).all() and run.current.min() == 0.0
+
+
 def test_effects_of_the_resistance_solve_their_equations():
     rest = 0.15 + 0.5884 / 23.0
     for name, ohm in (

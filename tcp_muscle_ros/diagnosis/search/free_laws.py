@@ -142,7 +142,7 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None) -> list[L
             if driver not in fitted.problem.model.laws:
                 continue
             low, high = _range(fitted, driver)
-            if high <= low:
+            if not high > low:  # nor where it is no number
                 continue
             if progress:
                 progress()

@@ -21,8 +21,9 @@ _EQUAL_POLES, _OVERSHOOTING = 0.25, 0.6  # q of the loops of second order
 
 
 def drive(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """What reaches the muscle."""
-    q[DRIVE] = lagging(c[0], q[COMMAND], s[0])
+    """What reaches the muscle. A loop that overshoots takes no power back."""
+    delivered = lagging(c[0], q[COMMAND], s[0])
+    q[DRIVE] = max(delivered, 0.0) if q[KIND] == POWER_SOURCE else delivered
 
 
 def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
