@@ -132,7 +132,8 @@ _OPTIONS = [
         'displacement=/joint_states.position[99999999999999999999]',
     )),
     *(f'--output {output}' for output in ('.', '/', 'bag', 'run.csv', 'run.csv/x', 'deep/down/new')),
-    *(f'--output {output} --force' for output in ('muscle.yaml', 'bag', 'protocol.yaml', '.')),
+    *(f'--output {output} --force' for output in ('muscle.yaml', 'bag', 'protocol.yaml', '.', 'bag/metadata.yaml')),
+    '--csv bag/metadata.yaml --force', '--figure bag/new.png', '--separate x --manifest runs.yaml',
     *(f'--params {params}' for params in (
         'nowhere.yaml', 'bag', '/dev/null', '/dev/zero', 'run.csv', 'bag/metadata.yaml',
     )),
