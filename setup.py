@@ -36,13 +36,13 @@ class Install(install):
 
     def compile_model(self):
         library = Path(self.install_lib).resolve()
-        for file in (library / NAME / 'muscle').rglob('*.py'):
+        for file in (library / NAME).rglob('*.py'):
             # numba holds machine code against the date of its source; archives and containers keep whole seconds.
             os.utime(file, (int(file.stat().st_mtime),) * 2)
         with tempfile.TemporaryDirectory() as cache:
             path = os.pathsep.join(filter(None, [str(library), os.environ.get('PYTHONPATH')]))
             done = subprocess.run(
-                [sys.executable, '-m', f'{NAME}.muscle', '--ship'],
+                [sys.executable, '-m', f'{NAME}.robots', '--ship'],
                 env={**os.environ, 'PYTHONPATH': path, 'XDG_CACHE_HOME': cache},
                 cwd=cache,
                 capture_output=True,
