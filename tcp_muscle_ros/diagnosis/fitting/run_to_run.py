@@ -14,6 +14,7 @@ from tcp_muscle_ros.diagnosis.fitting.generic import hats
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
 from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.noise.repeatability import SCALES, Repeatability, between_runs
@@ -23,26 +24,41 @@ from tcp_muscle_ros.muscle.arrays import Array
 # Between knots a piecewise linear course has half the variance that it has at them: two thirds in the mean.
 _AT_KNOTS = float(np.sqrt(1.5))
 _LEAST_SAMPLES = 2.0  # between two knots
+_MOSTLY = 0.5  # of a variance
 BEYOND_NOISE = 3.0  # times the noise: runs that differ by more differ by something else
 
 
 def repeating(fitted: Fit) -> dict[str, Repeatability]:
-    """How well runs of one protocol repeat each other, by channel, beside what one muscle of its age would have done
-    differently in each, in the room that was read: a muscle that flows or wears is still one. What a fit infers of a
-    single recording is no such thing."""
+    """How well runs of one protocol repeat each other, by channel, beside what the fitted muscle does differently in
+    each: one that flows or wears, or is in another room, is still one muscle.
+
+    Where one channel alone was recorded, nothing else shows the room that a fit infers: then as it was read.
+    """
+    return between_runs(fitted.problem.followed, fitted.predictions if _seen_twice(fitted) else _as_read(fitted))
+
+
+def _seen_twice(fitted: Fit) -> bool:
+    return any(len(e.observed) > 1 for e in fitted.problem.experiments)
+
+
+def _as_read(fitted: Fit) -> list[Shown]:
+    """What the typical muscle of its age shows in each recording, with nothing that is inferred of that one alone."""
     problem = fitted.problem
     aged = (Latent(latent.cycles, latent.used, switched=latent.switched) for latent in problem.latents)
     typical = replace(problem, parameters=fitted.muscle, latents=tuple(aged))
-    return between_runs(problem.followed, [typical.predict({}, k) for k in range(len(problem.experiments))])
+    return [typical.predict({}, k) for k in range(len(problem.experiments))]
 
 
 def differing(fitted: Fit, repeated: Mapping[str, Repeatability]) -> list[str]:
-    """The channels in which runs of one protocol differ by more than the noise, and the model misses more than it."""
+    """The channels in which runs of one protocol differ by more than the noise, the model misses more than it, and most
+    of the difference is none that the model foretells: what is left of one that it does is its form's."""
     noise = quick_noise(fitted.problem.experiments)
+    as_they_are = between_runs(fitted.problem.followed)
     return [
         name
         for name, found in repeated.items()
         if min(found.own_gain * found.peak, float(np.sqrt(fitted.mean_square[name]))) > BEYOND_NOISE * noise[name].sigma
+        and found.own_gain**2 > _MOSTLY * as_they_are[name].own_gain ** 2
     ]
 
 
