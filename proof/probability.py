@@ -195,7 +195,11 @@ def document(judged: Sequence[Judged], runs: Sequence[str]) -> str:
     named = ', '.join(f'{one.effect} {one.stated:.2f}' for one in sorted(wrong, key=lambda one: -one.stated)) or 'none'
     today = datetime.now(timezone.utc).date().isoformat()
     return _PAGE.format(
-        runs=' and '.join(runs), today=today, table=text(stated, right), wrong=named, command=' '.join(runs)
+        runs=' and '.join(runs),
+        today=today,
+        table=text(stated, right),
+        wrong=named,
+        command=' '.join(f'build/proof/{run}' for run in runs),
     )
 
 
