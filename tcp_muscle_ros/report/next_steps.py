@@ -1,6 +1,7 @@
 """What to do after a diagnosis: commands that can be pasted, with the paths that were diagnosed."""
 
 import shlex
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -87,7 +88,7 @@ def _decide(diagnosis: Diagnosis, asked: Asked | None) -> Step:
     # Where a person hangs the loads it is played in parts, a bag each.
     loads = {step.load for step in proposal.steps}
     bags = _NEXT if len(loads) == 1 else f'{_NEXT}/part_*'
-    again = _command('--params', asked.given, '--output', asked.made('').rstrip('/') + '_2', *asked.options)
+    again = _joined('--params', asked.given, '--output', asked.made('').rstrip('/') + '_2', *asked.options)
     return Step(what, (run, f'{_command("tcp_muscle", "diagnose", *asked.reading)} {bags} {again}'))
 
 
@@ -104,15 +105,19 @@ def _simulate(asked: Asked | None) -> Step:
     what = 'Simulate with the improved muscle.'
     if asked is None:
         return Step(what)
-    return Step(
-        what,
-        (_command('ros2', 'run', 'tcp_muscle_ros', 'sim_node', '--ros-args', '--params-file', asked.made(IMPROVED)),),
-    )
+    return Step(what, (_command('sim_node', '--ros-args', '--params-file', asked.made(IMPROVED)),))
 
 
 def _listed(sentences: Sequence[str]) -> str:
     return 'It would help to record ' + '; or '.join(sentences) + '.'
 
 
-def _command(*words: str) -> str:
+def _command(program: str, *words: str) -> str:
+    """A command line. In a ROS workspace the programs of a package are not on PATH; `ros2 run` finds them."""
+    in_workspace = shutil.which(program) is None and shutil.which('ros2') is not None
+    begin = ('ros2', 'run', 'tcp_muscle_ros') if in_workspace else ()
+    return shlex.join((*begin, program, *words))
+
+
+def _joined(*words: str) -> str:
     return shlex.join(words)

@@ -87,7 +87,7 @@ def test_the_commands_of_a_report_are_those_of_the_tool_with_the_paths_that_were
     )
     commands = [command for step in steps(d, asked) for command in step.commands]
     assert [shlex.split(command)[:2] for command in commands] == [
-        ['tcp_muscle', 'run'], ['tcp_muscle', 'diagnose'], ['tcp_muscle', 'replay'], ['ros2', 'run']
+        ['tcp_muscle', 'run'], ['tcp_muscle', 'diagnose'], ['tcp_muscle', 'replay'], ['sim_node', '--ros-args']
     ]  # fmt: skip
     parsed = [arguments(command) for command in commands[:3]]
     assert parsed[0].protocol == str(tmp_path / 'out' / 'next_protocol.yaml')
@@ -98,6 +98,14 @@ def test_the_commands_of_a_report_are_those_of_the_tool_with_the_paths_that_were
     page = Page(render(d, asked=asked))
     assert ''.join(page.said).count('tcp_muscle') >= 3
     assert all(not step.commands for step in steps(d, None)), 'nobody knows the paths'
+
+
+def test_in_a_workspace_of_ros_2_its_own_command_finds_the_programs(made, monkeypatch):
+    monkeypatch.setattr('shutil.which', lambda name: '/opt/ros/bin/ros2' if name == 'ros2' else None)
+    commands = [command for step in steps(made['match'][0], Asked(('bag',), 'm', 'out')) for command in step.commands]
+    assert [command.split()[:4] for command in commands] == [
+        ['ros2', 'run', 'tcp_muscle_ros', name] for name in ('tcp_muscle', 'sim_node')
+    ]
 
 
 def test_where_no_experiment_would_decide_the_page_says_what_would_help(made):
