@@ -60,7 +60,7 @@ def camera(robot: Robot, width: int = 640, height: int = 400, backend: str = '',
             return _Rendered(robot, width, height, name, view)
         except Exception as problem:  # whatever a machine's graphics raise: the next way is tried
             if backend:
-                raise BadInput(f'pictures by {name} are not to be had here: {type(problem).__name__}') from None
+                raise BadInput(f'no pictures can be drawn with {name} here: {type(problem).__name__}') from None
     return Drawing(width, height, colour)
 
 

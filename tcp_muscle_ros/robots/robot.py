@@ -212,7 +212,7 @@ class Robot:
         for name in _RUNAWAY:
             if data.warning[getattr(mj.mjtWarning, f'mjWARN_{name}')].number:
                 raise BadInput(
-                    f'the robot ran away at {data.time:.3f} s ({name}): its timestep of {self._step:g} s is too long'
+                    f'the motion diverges at {data.time:.3f} s ({name}): the timestep of {self._step:g} s is too long'
                 )
 
     def advance(self, dt: float, currents: ArrayLike) -> None:

@@ -42,7 +42,7 @@ def test_without_graphics_it_is_drawn(finger, monkeypatch):
     for name in ('egl', 'osmesa'):
         monkeypatch.setitem(__import__('sys').modules, f'mujoco.{name}', None)
     assert camera(finger).backend == 'drawn'
-    with pytest.raises(BadInput, match='pictures by egl are not to be had here'):
+    with pytest.raises(BadInput, match='no pictures can be drawn with egl here'):
         camera(finger, backend='egl')
     with pytest.raises(BadInput, match="unknown backend 'eglo'; did you mean 'egl'"):
         camera(finger, backend='eglo')

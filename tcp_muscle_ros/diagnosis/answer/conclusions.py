@@ -344,13 +344,12 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     seen, channels = {name for e in experiments for name in e.observed}, experiments[0].model.channels
     found = [channel.without for name, channel in channels.items() if channel.without and name not in seen]
     if len(experiments) < 3:
-        few = 'a single recording: held out are stretches of it' if len(experiments) == 1 else ''
-        found.append(f'{few or "two recordings: held out are stretches of them"}, no other condition')
+        few = 'a single recording: the unseen data are parts of it' if len(experiments) == 1 else ''
+        found.append(f'{few or "two recordings: the unseen data are parts of them"}; no other condition was tested')
     if any(is_closed_loop(e) for e in experiments):
         found.append(
-            'the drive follows the muscle (closed loop): the controller hides in the current what it corrects in the '
-            'displacement, so that creep, hysteresis and a loss of stroke show little; record open-loop steps to see '
-            'them'
+            'the drive follows the muscle (closed loop): what the controller corrects shows in the current and not in '
+            'the displacement, so creep, hysteresis and a loss of stroke are hard to see; record open-loop steps'
         )
     return tuple(found)
 
@@ -370,8 +369,8 @@ def _unseen(selection: Selection) -> tuple[str, ...]:
     if selection.other_conditions or len(selection.final.problem.experiments) < 3:
         return ()
     return (
-        'held out are stretches of the recordings, no other condition: what was found cannot be learnt from the other '
-        'recordings alone',
+        'the unseen data are parts of the recordings; no other condition was tested, because what was found cannot be '
+        'learnt from the other recordings alone',
     )
 
 

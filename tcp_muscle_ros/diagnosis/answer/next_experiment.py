@@ -70,8 +70,14 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
 
     swings = tuple(s for m in (0.4, 0.6, 0.75, 0.9) for s in (on(25.0, m), *4 * (on(3.0, 1.25 * m), on(3.0, 0.7 * m))))
     return [
-        Plan('long hold', 'steady state apart from time constants', (rest(10.0), on(150.0, 0.95), rest(150.0))),
-        Plan('staircase', 'minor loops: rate against history', (rest(10.0), *stairs, rest(60.0)), 2),
+        Plan(
+            'long hold',
+            'the steady state, without the influence of time constants',
+            (rest(10.0), on(150.0, 0.95), rest(150.0)),
+        ),
+        Plan(
+            'staircase', 'small loops: does the rate matter, or what came before?', (rest(10.0), *stairs, rest(60.0)), 2
+        ),
         Plan(
             'load steps',
             'the load changes at constant current, cold and hot',
@@ -81,7 +87,7 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
                 rest(60.0),
             ),
         ),
-        Plan('fast switching', 'delays against inertia', (rest(5.0), *switching(2.0, 40), rest(30.0))),
+        Plan('fast switching', 'delays compared with inertia', (rest(5.0), *switching(2.0, 40), rest(30.0))),
         Plan('rapid switching', _BEFORE_IT_IS_OVER, switching(0.5, 32)),
         # On for half of the time only: with that current it stays below what it is to reach at steady state.
         Plan('very rapid switching', _BEFORE_IT_IS_OVER, switching(0.2, 160, _HALF_THE_TIME)),
@@ -89,16 +95,16 @@ def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
         Plan('small swings', 'the heat capacity at each temperature by itself', swings),
         Plan(
             'slow ramp of steps',
-            'the same range at another rate',
+            'the same temperatures at another rate',
             tuple(on(30.0, s) for s in (0.3, 0.5, 0.7, 0.9, 1.0)),
         ),
         Plan('many cycles', 'what changes from cycle to cycle', (on(25.0, 1.0), rest(45.0)), 8),
         Plan(
             'cooling with a probe current',
-            'resistance as a second thermometer while it cools',
+            'the resistance serves as a second thermometer while the muscle cools',
             (rest(5.0), on(60.0, 1.0), Step(120.0, probe, round(base, 4))),
         ),
-        Plan('at rest', 'instruments and surroundings alone', (rest(300.0),)),
+        Plan('at rest', 'only what instruments and surroundings do', (rest(300.0),)),
         *_at_several_loads(on, rest, low, base, high),
     ]
 
@@ -119,12 +125,12 @@ def _at_several_loads(
         ),
         Plan(
             'holds at three loads',
-            'what lasts: how it grows with the load',
+            'lasting changes: how do they grow with the load?',
             tuple(s for f in (low, base, high) for s in (on(90.0, 1.0, f), rest(40.0, f))),
         ),
         Plan(
             'holds at alternating loads',
-            'what lasts: load and heat ask for it, or it goes its own way',
+            'lasting changes: do load and heat cause them, or do they come by themselves?',
             tuple(s for f in (low, high, low, high) for s in (on(60.0, 1.0, f), rest(40.0, f))),
         ),
     ]

@@ -40,7 +40,7 @@ def on_leads(selection: Selection) -> tuple[str, ...]:
     if not selection.leads:
         return ()
     names = ' and '.join(words(name) for name in selection.leads)
-    return (f'nearest to what is unexplained comes {names}, but it leaves more of it than it explains: no name for it',)
+    return (f'{names} comes nearest to what is unexplained, but leaves more of it than it explains: it is not named',)
 
 
 def on_bent_form(selection: Selection) -> tuple[str, ...]:

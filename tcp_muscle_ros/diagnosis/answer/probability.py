@@ -23,9 +23,9 @@ _FEW = 3  # recordings
 TERMS: Mapping[str, str] = {
     'constant': '1',
     'among_rivals': 'log odds of its share of the likelihood among its rivals, over 4',
-    'not_nothing': 'log odds of not being nothing, by how far its strength is from it, over 4',
+    'not_nothing': 'log odds that its strength is not zero, over 4',
     'drop': 'log10 of the drop of the misfit over 1000',
-    'at_bound': '1 where a parameter of it is as far as it goes',
+    'at_bound': '1 where one of its parameters is at the end of its range',
     'circumstance': '1 where it differs from recording to recording, as a room or a draught',
     'sensor': '1 where it is a fault of an instrument',
     'weaker': '1 where a stronger one was found',
