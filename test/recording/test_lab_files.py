@@ -1,5 +1,6 @@
 """Odd files as labs write them are understood without a map, or refused in one line that says what is missing."""
 
+import json
 import re
 from pathlib import Path
 
@@ -215,6 +216,51 @@ def test_where_the_newest_row_stands_first_the_rows_are_turned(tmp_path):
     (recording,) = imported(path, tmp_path)
     assert list(recording['temperature'].time[[0, -1]]) == [0.0, 89.0]
     assert recording['temperature'].value[0] == pytest.approx(296.15)
+
+
+@pytest.mark.parametrize('columns', [False, True])
+def test_one_piece_of_json_is_a_table(tmp_path, columns):
+    rows = [{'time_s': k / 2, 'temp_degC': 23 + k / 10, 'current_A': 0.2, 'note': None} for k in range(20)]
+    path = tmp_path / 'run.json'
+    path.write_text(json.dumps({name: [row[name] for row in rows] for name in rows[0]} if columns else rows, indent=1))
+    (recording,) = imported(path, tmp_path)
+    assert len(recording['current']) == 20 and recording['temperature'].time[-1] == 9.5
+
+
+def test_numbers_that_a_spreadsheet_keeps_as_text_may_have_decimal_commas(tmp_path):
+    openpyxl = pytest.importorskip('openpyxl', reason="needs the extra 'labs'")
+    book = openpyxl.Workbook()
+    for row in (['Zeit [s]', 'T [°C]'], *([f'{k},5', f'{23 + k},25'] for k in range(20))):
+        book.active.append(row)
+    book.save(tmp_path / 'text.xlsx')
+    (recording,) = imported(tmp_path / 'text.xlsx', tmp_path)
+    assert recording['temperature'].value[0] == pytest.approx(273.15 + 23.25)
+
+
+@pytest.mark.parametrize(
+    ('begin', 'told'),
+    [
+        (b'\x1f\x8b\x08', 'compressed; unpack it first'),
+        (b'PK\x03\x04', 'compressed; unpack it first'),
+        (b'\xd0\xcf\x11\xe0\xa1', r'old Excel \(\.xls\); save it as'),
+    ],
+)
+def test_a_file_that_has_to_be_unpacked_or_saved_anew_is_said_to_be(tmp_path, begin, told):
+    (tmp_path / 'run').write_bytes(begin + bytes(200))
+    with pytest.raises(BadInput, match=told):
+        guess(tmp_path / 'run')
+
+
+def test_a_unit_in_brackets_makes_a_heading(tmp_path):
+    (run,) = lab_text(tmp_path, 'Time (s),101 (C),102 (ADC),103 (mm)', rows=[f'{k},{23 + k},0.2,{k}' for k in range(9)])
+    assert [column.channel for column in run.columns] == ['temperature', 'current', 'displacement']
+
+
+def test_utf_16_without_a_mark_of_either_order_is_text(tmp_path):
+    text = 't (s);T (°C)\n' + ''.join(f'{k};{23 + k}\n' for k in range(9))
+    for encoding in ('utf-16-le', 'utf-16-be'):
+        (tmp_path / 'run.csv').write_bytes(text.encode(encoding))
+        assert guess(tmp_path / 'run.csv')[0].layout.encoding == encoding
 
 
 def test_dates_as_a_spreadsheet_keeps_them_are_days(tmp_path):

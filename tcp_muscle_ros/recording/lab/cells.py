@@ -24,12 +24,15 @@ _STAMP = re.compile(
 
 
 def number(cell: str, decimal: str = '.') -> float | None:
-    """The number in a cell, None where it is none. A known unit may follow it; thousands may be separated."""
+    """The number in a cell, None where it is none. A known unit may follow it; thousands may be separated.
+
+    With a unit in brackets, as `101 (C)`, it is a heading.
+    """
     cell = cell.replace('\u2212', '-')
     if grouped := _GROUPED.match(cell):
         cell = re.sub(r'[^\d+-]', '', grouped[0]) + cell[grouped.end() :]
     found = _NUMBER.fullmatch(cell)
-    if not found or (found[2] and unit_named(found[2]) is None):
+    if not found or (found[2] and (found[2][0] in '[(<{' or unit_named(found[2]) is None)):
         return None
     digits = found[1].replace(' ', '')
     if _THOUSANDS[decimal].fullmatch(digits):

@@ -23,7 +23,7 @@ class LabSheet:
 def sheets_of(path: Path) -> list[LabSheet]:
     """What is in a file, its encoding, delimiter and decimal sign as its content tells."""
     if path.suffix.lower() in KINDS:
-        return [LabSheet(grid, Layout(sheet=grid.sheet)) for grid in read_sheets(path)]
+        return [LabSheet(grid, with_decimal(Layout(sheet=grid.sheet), grid)) for grid in read_sheets(path)]
     try:
         raw = path.read_bytes()
     except OSError as error:

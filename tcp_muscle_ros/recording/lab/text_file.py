@@ -6,7 +6,8 @@ import io
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from itertools import zip_longest
 from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput
@@ -17,6 +18,11 @@ from tcp_muscle_ros.recording.lab.headings import known_words
 SPACES, PAIRS, JSON = 'spaces', 'pairs', 'json'
 _SEPARATORS = ('\t', ';', ',', '|', SPACES)
 _BOMS = ((codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'), (codecs.BOM_UTF16_BE, 'utf-16'))
+_BINARY = {
+    b'\x1f\x8b': 'compressed; unpack it first (gunzip)',
+    b'PK\x03\x04': 'compressed; unpack it first (unzip)',
+    b'\xd0\xcf\x11\xe0': 'a file of an old Excel (.xls); save it as .xlsx or CSV',
+}
 _OLD_ENCODINGS = ('cp1252', 'cp932', 'gb18030', 'cp949', 'cp1251', 'cp1250', 'latin-1')
 _PAIR = re.compile(r'([^\W\d][^:=,;|\t]*?)\s*[:=]\s*([+-]?(?:\d[\d.]*|\.\d+)(?:[eE][+-]?\d+)?|nan)(?=[\s,;|]|$)')
 # The stamp that a serial monitor puts before each line.
@@ -27,12 +33,17 @@ _ENOUGH = 400  # lines, to tell the separator from
 
 def encoding_of(raw: bytes, path: Path) -> str:
     """The encoding of a text file: by its mark, else UTF-8 if it is that, else that in which a lab's words appear."""
+    for begin, what in _BINARY.items():
+        if raw.startswith(begin):
+            raise BadInput(f'{path}: is {what}')
     marked = next((name for mark, name in _BOMS if raw.startswith(mark)), None)
     if marked:
         return marked
     body = raw.rstrip(b'\0')
     if len(body) > 8 and body[1::2].count(0) > 0.4 * len(body[1::2]):
         return 'utf-16-le'
+    if len(body) > 8 and body[::2].count(0) > 0.4 * len(body[::2]):
+        return 'utf-16-be'
     if b'\0' in body:
         raise BadInput(f'{path}: is no text, no .xlsx, .mat (version 7) and no .parquet; expected one of these')
     found = []
@@ -61,7 +72,7 @@ def read_lines(path: Path, encoding: str) -> list[str]:
 def separator_of(lines: list[str]) -> str:
     """What separates the columns: that by which most cells are numbers or times, in rows of equally many."""
     some = [line for line in lines if line.strip()][-_ENOUGH:]
-    if some and sum(line.lstrip().startswith('{') for line in some) > 0.5 * len(some):
+    if some and (sum(line.lstrip().startswith('{') for line in some) > 0.5 * len(some) or _whole(lines)):
         return JSON
     if some and sum(_is_pairs(line) for line in some) > 0.5 * len(some):
         return PAIRS
@@ -126,7 +137,25 @@ def _pairs(line: str) -> dict[str, str]:
     return {name.strip(): value for name, value in _PAIR.findall(_MONITOR.sub('', line))}
 
 
+def _whole(lines: list[str]) -> list[dict[str, object]]:
+    """The rows of a file that is one piece of JSON, a list of objects or an object of lists; none where it is not."""
+    text = '\n'.join(lines).strip()
+    if not text.startswith(('[', '{')):
+        return []
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return []
+    if isinstance(found, dict):
+        columns = {str(key): value for key, value in found.items() if isinstance(value, list)}
+        found = [dict(zip(columns, row, strict=True)) for row in zip_longest(*columns.values())]
+    return [row for row in found if isinstance(row, dict)]
+
+
 def _objects(lines: list[str], path: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    if whole := _whole(lines):
+        yield from ((k, _texts(row)) for k, row in enumerate(whole, 1))
+        return
     for k, line in enumerate(lines, 1):
         if not line.lstrip().startswith('{'):
             continue
@@ -136,7 +165,11 @@ def _objects(lines: list[str], path: Path) -> Iterator[tuple[int, dict[str, str]
             if k >= len(lines) - 1:  # torn
                 return
             raise BadInput(f'{path}: line {k} is no JSON ({error})') from None
-        yield k, {str(key): '' if value is None else str(value) for key, value in found.items()}
+        yield k, _texts(found)
+
+
+def _texts(row: Mapping[str, object]) -> dict[str, str]:
+    return {str(key): '' if value is None else str(value) for key, value in row.items()}
 
 
 def _named(rows: Iterator[tuple[int, dict[str, str]]]) -> Iterator[Row]:
