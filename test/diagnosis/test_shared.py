@@ -8,8 +8,9 @@ from diagnosis.made import NOMINAL, TIME, experiment
 
 from tcp_muscle_ros.diagnosis.answer.notes import on_shared
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.search.remaining import wandering
 from tcp_muscle_ros.diagnosis.search.selection import select
-from tcp_muscle_ros.diagnosis.search.shared import shared_misfit, wandering
+from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
 
 CHANNELS = ['temperature', 'resistance', 'displacement']
 

@@ -10,8 +10,9 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature, signature
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
+from tcp_muscle_ros.diagnosis.search.remaining import wandering
 from tcp_muscle_ros.diagnosis.search.selection import Selection
-from tcp_muscle_ros.diagnosis.search.shared import shared_misfit, wandering
+from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
 from tcp_muscle_ros.muscle import EFFECTS
 
 

@@ -26,6 +26,7 @@ _LEAST = -0.8  # of w: no air is so still that nothing is lost
 _UNSURE, _BLURRED = 0.15, 4.0  # of w, that stays unknown; s over which it is
 _ROUNDS, _STEPS = 2, 3  # how often the responses are computed; steps by one of them
 _COLD = 0.5  # K over the room, below which no draught shows
+_WARM, _DRIVEN = 0.2, 0.1  # of the largest excess over the room, above which one shows well; of the largest drive
 
 
 def with_course(fitted: Fit) -> Fit:
@@ -55,6 +56,27 @@ def without_course(fitted: Fit) -> Fit:
     if len(own) == len(remembered):
         z[own] = remembered
     return _blown(replace(fitted, z=z, near=None), [None] * len(problem.experiments))
+
+
+def strength(fitted: Fit) -> tuple[float, float]:
+    """How strong the courses of all recordings are while the drive is on and while it is off and the muscle still warm:
+    root mean squares of w about its mean; nothing where a recording has no such time."""
+    on, off = [], []
+    for k, (experiment, latent) in enumerate(zip(fitted.problem.followed, fitted.problem.latents, strict=True)):
+        if latent.draught is None:
+            continue
+        excess = _excess(fitted, k)
+        share = -latent.draught.warmer / np.maximum(excess, _COLD)
+        warm = excess > _WARM * float(np.max(excess))
+        driven = np.abs(experiment.imposed.drive) > _DRIVEN * float(np.max(np.abs(experiment.imposed.drive)))
+        on.append(share[warm & driven])
+        off.append(share[warm & ~driven])
+    return _spread(on), _spread(off)
+
+
+def _spread(parts: Sequence[Array]) -> float:
+    values = np.concatenate(parts)
+    return float(np.std(values)) if values.size else 0.0
 
 
 def _is_gust(problem: Problem, name: str) -> bool:

@@ -1,8 +1,9 @@
 """What remains when the search has ended: misfit that no effect took away."""
 
+from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
 from tcp_muscle_ros.diagnosis.search.selection import Selection
-from tcp_muscle_ros.diagnosis.search.shared import wandering
+from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
 
 _BEYOND, _PLAIN, _FAR_BEYOND = 1.5, 4.0, 8.0  # times the noise's variance
 _AROUND = 5.0  # s before and after a leap
@@ -59,3 +60,20 @@ def _leaps(selection: Selection) -> Unexplained | None:
     return Unexplained(
         problem.model.channels[channel].stage, channel, went[channel], 'elapsed', min(elapsed), max(elapsed), around
     )
+
+
+def wandering(selection: Selection) -> Unexplained | None:
+    """What several channels see and no effect takes away: unexplained, however irregular."""
+    found = shared_misfit(selection.final)
+    if found is None:
+        return None
+    floor = quick_noise(selection.final.problem.experiments)
+    channels = selection.final.problem.model.channels
+    channel = min(found.channels, key=tuple(channels).index)
+    k, start, end = found.interval
+    begin = float(selection.final.problem.experiments[k].imposed.time[0])
+    had, has = (fit.mean_square[channel] - floor[channel].sigma ** 2 for fit in (selection.calibrated, selection.final))
+    share = min(has / had, 1.0) if selection.chosen else 1.0
+    stages = {channels[name].stage for name in found.channels}
+    stage = 'mechanical' if stages == {'mechanical'} else 'thermal'
+    return Unexplained(stage, channel, share, 'elapsed', start - begin, end - begin, found.interval)

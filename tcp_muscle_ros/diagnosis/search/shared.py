@@ -13,8 +13,6 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.search.location import Unexplained
-from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.muscle.arrays import Array
 
 _WINDOW = 5.0  # s, over which a channel's misfit is averaged
@@ -32,23 +30,6 @@ class Shared:
     channels: tuple[str, str]
     correlation: float
     interval: tuple[int, float, float]
-
-
-def wandering(selection: Selection) -> Unexplained | None:
-    """What several channels see and no effect takes away: unexplained, however irregular."""
-    found = shared_misfit(selection.final)
-    if found is None:
-        return None
-    floor = quick_noise(selection.final.problem.experiments)
-    channels = selection.final.problem.model.channels
-    channel = min(found.channels, key=tuple(channels).index)
-    k, start, end = found.interval
-    begin = float(selection.final.problem.experiments[k].imposed.time[0])
-    had, has = (fit.mean_square[channel] - floor[channel].sigma ** 2 for fit in (selection.calibrated, selection.final))
-    share = min(has / had, 1.0) if selection.chosen else 1.0
-    stages = {channels[name].stage for name in found.channels}
-    stage = 'mechanical' if stages == {'mechanical'} else 'thermal'
-    return Unexplained(stage, channel, share, 'elapsed', start - begin, end - begin, found.interval)
 
 
 @lru_cache(maxsize=2)
