@@ -5,7 +5,7 @@
 
 Of each group of scripts/real_recordings.py, and each power in it: runs are set side by side from the instant at which
 the power comes on, and what they do not share is given in per cent of the peak: as they are, with a gain and a zero for
-each run, of that by time scale, and how well each run is foretold by the mean of the others; and how many of the runs
+each run, of that by time scale, and how well each run is predicted by the mean of the others; and how many of the runs
 stick and slip. With --write the tables go into docs/real_recordings.md. Without the data it says so and ends.
 """
 
@@ -27,7 +27,7 @@ from tcp_muscle_ros.report.marked import replace_marked
 BEFORE = 2.0  # s shown before the power comes on
 HEADING = (
     '| | runs | peak | as they are | own gain, zero | quicker than {0:g} s | {0:g} to {1:g} s | slower '
-    '| foretold by the others | stick-slip |\n|---|---|---|---|---|---|---|---|---|---|'
+    '| predicted by the others | stick-slip |\n|---|---|---|---|---|---|---|---|---|---|'
 ).format(*SCALES)
 
 

@@ -288,6 +288,7 @@ def test_nines_that_stand_for_no_number_are_none(tmp_path):
         ('Massa suspensa (g);60', 0.588399, None),
         ('荷重[g],50', 0.490333, None),
         ('% Load: 0.59 N', 0.59, None),
+        ('# fs = 10 Hz, weight 100 g', 0.980665, None),
         ('Room temperature: 72.5 F', None, 22.5),
         ('Load cell: 10 N', None, None),
         ('Max load: 5 N', None, None),

@@ -74,8 +74,8 @@ def room_temperature(preamble: Sequence[Row]) -> float | None:
 def _stated(preamble: Sequence[Row], known: str, quantity: str, likely: tuple[float, float]) -> float | None:
     """The one value (SI) of a quantity that lines with such words state; None where they state none, or several."""
     values = set()
-    for row in preamble:
-        found = _STATED.fullmatch(plain(' '.join(row.cells)))
+    for part in (part for row in preamble for part in _parts(row)):
+        found = _STATED.fullmatch(part)
         words = re.findall(r'[^\W\d_]+0?', found['words']) if found else []
         lower = {word.lower() for word in words}
         if not found or not ({*words, *lower} & {*known.split()}) or lower & {*_OF_OTHERS.split()}:
@@ -85,6 +85,12 @@ def _stated(preamble: Sequence[Row], known: str, quantity: str, likely: tuple[fl
             values.add(UNITS[unit].to_si(value))
     (one,) = values if len(values) == 1 else (None,)
     return one if one is not None and likely[0] <= one <= likely[1] else None
+
+
+def _parts(row: Row) -> set[str]:
+    """A line as a whole, and each thing that it states: "fs = 10 Hz, weight 100 g"."""
+    line = plain(' '.join(row.cells))
+    return {line, *re.split(r'[;,]\s+', line), *map(plain, row.cells)}
 
 
 def _number(text: str) -> float | None:
