@@ -147,12 +147,12 @@ class Kills:
         self.processes.pop(role).wait()
         return moment
 
-    def hold(self, role: str, after: float, allowed: float) -> None:
-        """A time (s) that must not be passed."""
+    def hold(self, role: str, after: float, allowed: float, more: str = '') -> None:
+        """A time (s) that must not be passed; more is told where it is."""
         self.worst[role] = max(self.worst[role], after)
         if after > allowed:
-            load = os.getloadavg()[0]
-            self.failures.append(f'{role} killed: {after:.2f} s, allowed {allowed:.2f} s (load average {load:.1f})')
+            where = f'load average {os.getloadavg()[0]:.1f}{more}'
+            self.failures.append(f'{role} killed: {after:.2f} s, allowed {allowed:.2f} s ({where})')
 
     def begin(self) -> None:
         """Start all but the investigation and wait until they work."""
@@ -206,8 +206,10 @@ class Kills:
         came = self.current.messages[-1][0] if self.current.messages else moment
         try:
             recording = read_bag(self.bag)
-            lost = killed - (recording.start_ns * 1e-9 + recording.duration) - max(moment - came, 0.0)
-            self.hold('recorder', lost, LOST + MARGIN)
+            ended = killed - recording.start_ns * 1e-9
+            each = ', '.join(f'{name} {ended - channel.time[-1]:.2f} s' for name, channel in recording.channels.items())
+            lost = ended - recording.duration - max(moment - came, 0.0)
+            self.hold('recorder', lost, LOST + MARGIN, f'; before the kill ended: {each}')
         except BadInput as error:
             self.failures.append(f'recorder killed: {error}')
         self.start('recorder')
