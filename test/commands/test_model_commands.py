@@ -4,7 +4,10 @@ import json
 import resource
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
+from functools import partial
+from io import StringIO
 
 import numpy as np
 import pytest
@@ -36,8 +39,15 @@ MUSCLE = """
 """
 
 
-def tool(*arguments, disk=None):
-    """Exit code and what was said. ``disk``: bytes beyond which no file grows."""
+def tool(*arguments):
+    """Exit code and what was said, in this process: a start of Python costs more than most of these commands."""
+    with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as errors:
+        code = main([str(word) for word in arguments])
+    return code, out.getvalue(), errors.getvalue()
+
+
+def process(*arguments, disk=None):
+    """The same as a process of its own. ``disk``: bytes beyond which no file grows."""
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     done = subprocess.run(
         [sys.executable, '-m', 'tcp_muscle_ros.tool', *map(str, arguments)],
@@ -49,9 +59,9 @@ def tool(*arguments, disk=None):
     return done.returncode, done.stdout, done.stderr
 
 
-def refused(*arguments, printed='', disk=None):
+def refused(*arguments, printed='', run=tool):
     """The one line against it; nothing was printed before, unless the mistake shows itself only after the work."""
-    code, out, errors = tool(*arguments, disk=disk)
+    code, out, errors = run(*arguments)
     assert code == 2, errors
     assert out.startswith(printed) and (printed or not out), out
     lines = errors.strip().splitlines()
@@ -65,7 +75,7 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp('made')
     (folder / 'protocol.yaml').write_text(PROTOCOL)
     (folder / 'muscle.yaml').write_text(MUSCLE)
-    code, _, errors = tool('simulate', folder / 'protocol.yaml', '--output', folder / 'plain')
+    code, _, errors = process('simulate', folder / 'protocol.yaml', '--output', folder / 'plain')
     assert code == 0, errors
     code, _, errors = tool(
         'simulate', folder / 'protocol.yaml', '--params', folder / 'muscle.yaml', '--output', folder / 'noisy'
@@ -137,7 +147,7 @@ def test_a_wrong_parameter_file_is_one_line(made, tmp_path, text, line):
 
 
 def test_missing_and_existing_files_are_one_line(made, tmp_path):
-    assert 'nothere' in refused('replay', tmp_path / 'nothere', '--params', 'karami_tadesse_2017')
+    assert 'nothere' in refused('replay', tmp_path / 'nothere', '--params', 'karami_tadesse_2017', run=process)
     assert 'nothere.yaml' in refused('replay', made / 'plain', '--params', tmp_path / 'nothere.yaml')
     assert 'plain' in refused('simulate', made / 'protocol.yaml', '--output', made / 'plain')
     assert 'folder' in refused('calibrate', made / 'plain', '--output', tmp_path / 'no' / 'mine.yaml')
@@ -165,7 +175,6 @@ def test_missing_and_existing_files_are_one_line(made, tmp_path):
 )
 def test_where_nothing_can_be_written_is_said_before_the_work(made, tmp_path, monkeypatch, option, line):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv('PYTHONPATH', ':'.join(filter(None, sys.path)))
     (tmp_path / 'taken.intervals.json').mkdir()
     (tmp_path / 'run.mcap').write_bytes(next((made / 'plain').glob('*.mcap')).read_bytes())
     command, *more = option
@@ -178,9 +187,10 @@ def test_a_disk_that_is_full_at_the_end_is_one_line_and_leaves_the_old_file_whol
     for file in old.values():
         file.write_text('old')
     bag, force = made / 'noisy', ['--force', '--params', 'karami_tadesse_2017']
-    said = refused('calibrate', bag, '--output', old['full.yaml'], *force, printed='parameter', disk=1000)
+    full = partial(process, disk=1000)
+    said = refused('calibrate', bag, '--output', old['full.yaml'], *force, printed='parameter', run=full)
     assert said.endswith('full.yaml: cannot be written (File too large)')
-    said = refused('replay', bag, '--figure', old['full.png'], *force, printed='channel', disk=1000)
+    said = refused('replay', bag, '--figure', old['full.png'], *force, printed='channel', run=full)
     assert 'full.png: cannot be written (' in said
     assert {file.read_text() for file in tmp_path.iterdir()} == {'old'}
     assert sorted(file.name for file in tmp_path.iterdir()) == sorted(old)
