@@ -39,7 +39,7 @@ TOPICS |= {'joint_states': JointState, 'shaped_setpoint': Float64, DIAGNOSTICS: 
 
 _TURN_S = 0.004
 _QUEUE = 5000  # messages a topic: more than two seconds at 2 kHz, should the disk stall
-_FLUSH_S = 0.5
+_FLUSH_S = 0.2  # of the second that a kill may cost, what is left is for a machine that lets a process wait
 _LOOK_S = 1.0  # how often the graph is looked at
 _SAY_S = 10.0
 _PATIENCE_S = 10.0  # at least so long a recording of fixed duration waits for its first message

@@ -56,15 +56,15 @@ def test_a_model_file_is_taken_without_a_step_in_the_current_and_without_its_lim
     write(other, NEW.replace({'R0': 0.75 * NEW['R0']}), operating=loose)
     setpoint = bench.speaker('/worn/displacement_setpoint')
     with bench.repeating(setpoint, 0.006):
-        bench.until(lambda: len(controlled.command) > 1500, 'commands nothing', 120.0)
+        bench.until(lambda: len(controlled.command) > 1000, 'commands nothing', 120.0)
         usual = np.abs(np.diff(controlled.command.values[-400:])).max()
         refused = controlled.setting('controller_node', model_file=str(tmp_path / 'nowhere.yaml'))
         assert not refused.successful and 'cannot read the parameter file' in refused.reason
         for path in (str(other), ''):
             before = len(controlled.command)
             assert controlled.setting('controller_node', model_file=path).successful
-            bench.until(lambda before=before: len(controlled.command) > before + 600, 'commands nothing more')
-            steps = np.abs(np.diff(controlled.command.values[before - 5 : before + 600]))
+            bench.until(lambda before=before: len(controlled.command) > before + 300, 'commands nothing more')
+            steps = np.abs(np.diff(controlled.command.values[before - 5 : before + 300]))
             assert steps.max() < 1.5 * usual + 2e-3, f'{steps.max():.4f} A, usual {usual:.4f} A'
             status = says(controlled.diagnostics, '/worn/controller_node')
             assert status['model_file'] == (path or 'none')
