@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.recording.bag_writer import write_recording
     from tcp_muscle_ros.recording.csv_import import import_runs, lab_files, unclaimed
     from tcp_muscle_ros.recording.import_map import read_import_map
-    from tcp_muscle_ros.recording.lab.draft_map import map_text
+    from tcp_muscle_ros.recording.lab.draft_map import map_text, told_apart
     from tcp_muscle_ros.recording.lab.guess import guess
 
     import_map = None if args.map is None else read_import_map(args.map)
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     with in_place_of(output) as draft:
         drafts: dict[Path, Sequence[DraftRun]] = {}
         if import_map is None:
-            drafts = {file: guess(file) for file in files}
+            drafts = {**told_apart({file: guess(file) for file in files})}
             draft.mkdir(parents=True, exist_ok=True)
             (draft / IMPORT_MAP).write_text(map_text(drafts, output / IMPORT_MAP), encoding='utf-8')
             import_map = read_import_map(draft / IMPORT_MAP)

@@ -122,6 +122,20 @@ def test_what_cannot_be_understood_is_one_line_and_nothing_is_left(tmp_path, cap
     assert [path.name for path in tmp_path.iterdir()] == ['three_thermocouples.csv']
 
 
+def test_files_of_one_name_are_told_apart_by_their_folders_or_their_kind(tmp_path):
+    for k, name in enumerate(['a/run.csv', 'b/run.csv', 'b/run.txt', 'b/other.csv']):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text('t (s),T (degC)\n' + ''.join(f'{j},{20 + k + j / 10}\n' for j in range(9)))
+    files = [str(tmp_path / name) for name in ('a', 'b', 'b/run.txt')]
+    assert main(['import', *files, '--output', str(tmp_path / 'bags')]) == 0
+    first = {
+        path.name: read_bag(path)['temperature'].value[0] for path in (tmp_path / 'bags').iterdir() if path.is_dir()
+    }
+    assert {name: round(value - 273.15) for name, value in first.items()} == {
+        'a_run': 20, 'b_run': 21, 'run_txt': 22, 'other': 23
+    }  # fmt: skip
+
+
 def test_a_name_that_yaml_takes_for_something_else_stays_a_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'on.csv').write_text('t (s),on [degC]\n' + ''.join(f'{k},{20 + k}\n' for k in range(9)))

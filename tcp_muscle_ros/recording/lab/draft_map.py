@@ -2,7 +2,9 @@
 
 import glob
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import yaml
@@ -25,12 +27,32 @@ def map_text(drafts: Mapping[Path, Sequence[DraftRun]], path: Path) -> str:
     lines = [_HEADER.format(files=', '.join(file.name for file in drafts), map=path), 'runs:']
     for file, runs in drafts.items():
         for run in runs:
-            lines += _run(file, run)
+            lines += _run('/'.join(tail_of(file, drafts)), run)
     return '\n'.join(lines) + '\n'
 
 
-def _run(file: Path, run: DraftRun) -> Iterator[str]:
-    yield f'- file: {_quoted(glob.escape(file.name))}'
+def tail_of(file: Path, files: Iterable[Path]) -> tuple[str, ...]:
+    """The end of a file's path that no other of the files has: its name, and as many of its folders as that takes."""
+    parts = file.absolute().parts
+    others = [other.absolute().parts for other in files if other != file]
+    return next((parts[-n:] for n in range(1, len(parts)) if not any(o[-n:] == parts[-n:] for o in others)), parts)
+
+
+def told_apart(drafts: Mapping[Path, Sequence[DraftRun]]) -> dict[Path, list[DraftRun]]:
+    """The runs of several files; those of one name with their folders before it, or the kind of file after it."""
+    count = Counter(run.name for runs in drafts.values() for run in runs)
+    found: dict[Path, list[DraftRun]] = {}
+    for file, runs in drafts.items():
+        folders = tail_of(file, drafts)[:-1]
+        ends = [file.suffix[1:]] if not folders and file.suffix else []
+        found[file] = [
+            replace(run, name='_'.join([*folders, run.name, *ends])) if count[run.name] > 1 else run for run in runs
+        ]
+    return found
+
+
+def _run(file: str, run: DraftRun) -> Iterator[str]:
+    yield f'- file: {_quoted(glob.escape(file))}'
     yield f'  name: {_quoted(run.name.replace("{", "{{").replace("}", "}}"))}'
     yield f'  table: {_flow(_layout(run.layout))}'
     if isinstance(run.time, float):
