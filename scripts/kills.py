@@ -219,7 +219,9 @@ class Kills:
         self.until(lambda: self.alone.last == 0.0 and time.monotonic() - moment > 0.8, 'the second muscle goes on')
         self.hold('investigation', self.alone.zero_after(moment), WATCHDOG + MARGIN)
         self.start('investigation')
-        self.until(self._has_recorded, 'the investigation does not go on')
+        if not self.until(self._has_recorded, 'the investigation does not go on'):
+            said = (self.folder / 'investigation.txt').read_text().splitlines()
+            self.failures[-1] += f' (load average {os.getloadavg()[0]:.1f}); it said: {said[-1] if said else "nothing"}'
         self.kill('investigation')
 
     def _has_recorded(self) -> bool:
