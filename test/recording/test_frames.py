@@ -29,6 +29,13 @@ def test_a_recording_comes_back_from_its_frame():
         np.testing.assert_allclose(again[name].value, recording[name].value)
 
 
+def test_a_column_in_no_unit_of_its_channel_is_left_out():
+    frame = pd.DataFrame(
+        {'T (C)': [23.0, 24], 'Power (%)': [0.0, 40], 'Laser displacement (V)': [1.0, 2]}, index=[0.0, 1]
+    )
+    assert list(of_frame(frame)) == ['temperature']
+
+
 def test_columns_as_a_lab_names_them_and_stamps():
     stamps = pd.to_datetime('2025-03-12') + pd.to_timedelta([0.0, 0.5, 1.5], unit='s')
     frame = pd.DataFrame(
