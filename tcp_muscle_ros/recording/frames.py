@@ -49,7 +49,8 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame') -> Recording:
     """A DataFrame as a recording.
 
     Columns are named as headings of a lab file are: ``temperature_degC``, ``I (mA)``, ``Weg [mm]``; without a unit that
-    of the channel's topic holds, and what is in no unit of its channel (a power in %) is left out. The time is a column of that name, or else the index: s, or stamps.
+    of the channel's topic holds, and what is in no unit of its channel (a power in %) is left out. The time is a column
+    of that name, or else the index: s, or stamps.
 
     BadInput: no column is a channel, two are the same, or the time does not rise.
     """
