@@ -20,7 +20,7 @@ from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, rig_of
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
-from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_leads, on_rests, on_shared, on_slips
+from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_draught, on_leads, on_rests, on_shared, on_slips
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, notes_on_runs, said_of_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
@@ -313,6 +313,7 @@ def _notes(selection: Selection, remains: Unexplained | None) -> tuple[str, ...]
     return (
         *notes(selection.final.problem.followed),
         *on_bent_form(selection),
+        *on_draught(selection),
         *on_leads(selection),
         *on_slips(selection),
         *on_rests(selection.final),

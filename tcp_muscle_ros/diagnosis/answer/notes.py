@@ -6,6 +6,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.free_curve import driver_of
 from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
+from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature, signature
 from tcp_muscle_ros.diagnosis.model.model import floating
@@ -54,6 +55,17 @@ def on_bent_form(selection: Selection) -> tuple[str, ...]:
     return (
         f'the listed form of {" and ".join(names)} is not quite that of this muscle: improved.yaml has a table over '
         f'the {driver} beside it ({law}), which also predicts unseen data better',
+    )
+
+
+def on_draught(selection: Selection) -> tuple[str, ...]:
+    """How far a draught went beside the gusts by which it is named, and what became of it."""
+    if selection.followed is None:
+        return ()
+    varied = max(draught.strength(selection.followed))
+    return (
+        f'the draught came and went: beside one gust in each recording the loss of heat varied by '
+        f'{100.0 * varied:.0f} % (root mean square); improved.yaml has the muscle in air that moves as in the mean',
     )
 
 

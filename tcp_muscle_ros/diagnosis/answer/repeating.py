@@ -93,7 +93,7 @@ def beyond_what_differs(selection: Selection, repeated: Mapping[str, Repeatabili
 
 def left_unexplained(selection: Selection, found: RunToRun | None) -> Unexplained | None:
     """What remains unexplained; in a channel in which runs of one protocol differ, what goes plainly beyond that."""
-    remains = unexplained(selection) or selection.unnamed
+    remains = unexplained(selection.told) or selection.unnamed
     if found is None or not found.channel or (remains is not None and remains.channel != found.channel):
         return remains
     if found.error < _PLAINLY * found.repeatability:

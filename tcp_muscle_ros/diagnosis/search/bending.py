@@ -26,7 +26,7 @@ def with_bent_form(found: Selection, progress: Callable[[], None] | None = None)
     course of a draught takes the place of its gust; else as it is."""
     course = found.final.problem.model.roles.course
     if any(c.effect == course for c in found.chosen):
-        return replace(found, followed=found.told.final)
+        return replace(found, followed=found.told.followed)
     definitions = [c.definition for c in found.chosen]
     stages = {d.stage for d in definitions if d.stage != 'sensor' and not d.circumstance}
     if not stages or found.leapt is not None or any(d.free is not None for d in definitions):

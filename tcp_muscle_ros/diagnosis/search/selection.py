@@ -109,8 +109,8 @@ class Selection:
         """The same with the course of the draught where one is named: what remains then calls for another effect."""
         if all(c.effect != self.final.problem.model.roles.course for c in self.chosen):
             return self
-        final, structure = settle_noise(draught.with_course(self.final), 1)
-        return replace(self, final=final, structure_after=structure)
+        final = self.followed or settle_noise(draught.with_course(self.final), 1)[0]
+        return replace(self, final=final, structure_after=structures(final), followed=final)
 
 
 def select(calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
