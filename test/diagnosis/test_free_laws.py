@@ -113,4 +113,4 @@ def test_the_best_of_the_listed_effects_has_no_name_where_it_leaves_more_than_it
     assert left.chosen == ()
     assert left.final.muscle.effects == ()
     assert on_leads(found) == ()
-    assert 'comes natural convection, but it leaves more of it than it explains' in on_leads(left)[0]
+    assert 'natural convection comes nearest to what is unexplained, but leaves more' in on_leads(left)[0]
