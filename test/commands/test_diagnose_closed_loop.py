@@ -48,7 +48,7 @@ def test_no_physics_is_made_up(report):
 
 def test_it_says_what_closed_loop_data_cannot_show(report):
     (told,) = [note for note in report['notes'] if 'closed loop' in note]
-    assert 'creep, hysteresis and a loss of stroke show little; record open-loop steps to see them' in told
+    assert 'creep, hysteresis and a loss of stroke are hard to see; record open-loop steps' in told
     assert {'displacement', 'temperature', 'resistance', 'current'} <= set(report['recordings'][0]['channels'])
 
 
