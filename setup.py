@@ -68,7 +68,7 @@ setup(
     packages=find_packages(include=[NAME, NAME + '.*']),
     # The package sees config/ through the link tcp_muscle_ros/config, so that every way of installing it
     # (a wheel, `pip install -e`, colcon with or without symlinks) finds the same files beside the code.
-    package_data={NAME: ['config/*', 'report/*.json', 'report/templates/*', 'robots/data/*']},
+    package_data={NAME: ['py.typed', 'config/*', 'report/*.json', 'report/templates/*', 'robots/data/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + NAME]),
         ('share/' + NAME, ['package.xml']),

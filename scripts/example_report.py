@@ -14,7 +14,7 @@ import os
 import shutil
 import sys
 import tempfile
-from contextlib import chdir, redirect_stdout
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -41,13 +41,17 @@ segments:
 def make(folder: Path) -> tuple[str, dict[str, Any]]:
     """Record and diagnose in ``folder``; what the terminal shows, and the content of report.json."""
     muscle = Parameters.named('karami_tadesse_2017').with_effects('creep').replace({'creep.J': 0.25, 'hA': 0.0203})
-    with chdir(folder):
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
         for k, (name, load) in enumerate(LOADS.items()):
             write('muscle.yaml', muscle, operating={'load_n': load, 'seed': k, **NOISE})
             Path(f'{name}.yaml').write_text(PROTOCOL.format(load=load))
             run('simulate', f'{name}.yaml', '--params', 'muscle.yaml', '--output', name)
         text = run('diagnose', *LOADS, '--output', 'report')
         return text, json.loads(Path('report/report.json').read_text())
+    finally:
+        os.chdir(before)
 
 
 def run(*words: str) -> str:

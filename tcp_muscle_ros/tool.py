@@ -33,7 +33,10 @@ COMMANDS = {
     'calibrate': ('calibrate', "fit the paper's parameters to recordings of a muscle, with intervals"),
     'replay': ('replay', 'drive the model with recorded inputs, and compare with the recording'),
     'diagnose': ('diagnose', 'find the physics that recordings show and the model lacks'),
-    'investigate': ('investigate', 'record, diagnose and run the proposed experiment until the cause is decided'),
+    'investigate': (
+        'investigate',
+        'record, diagnose and run the proposed experiment until the cause is decided or the budget is spent',
+    ),
 }
 
 

@@ -81,7 +81,7 @@ class Diagnosed:
 
     @property
     def verdict(self) -> str:
-        """``match``, ``wrong_parameters``, ``missing_physics`` ... (see docs/diagnosis.md)."""
+        """``match``, ``wrong_parameters``, ``missing_physics`` ... (see docs/reading_a_report.md)."""
         return self.diagnosis.verdict
 
     @property

@@ -97,7 +97,7 @@ def unit_sentence(name: str, value: Array, taken_as: str = '') -> str | None:
     guess = _guess(name, stated.from_si(value), stated)
     unit = f'--unit {name}={guess}' if guess else f'--unit {name}=...'
     return (
-        f'{name} is about {shown:.4g} {stated.name}, which no muscle shows: if it is recorded in another unit, '
+        f'{name} is about {shown:.4g} {stated.name}, which is no plausible value: if it is recorded in another unit, '
         f'say {unit}; if the topic carries something else, say --channel {name}=TOPIC'
     )
 

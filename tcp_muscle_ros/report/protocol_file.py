@@ -73,7 +73,7 @@ def write_improved(path: str | Path, diagnosis: Diagnosis, operating: Mapping[st
     heading = [
         f'A muscle improved by tcp_muscle diagnose from {recordings} recording{"s" if recordings != 1 else ""}.',
         f'Verdict: {plain(diagnosis.verdict)}. {diagnosis.headline}',
-        'Intervals are 90 %. What concerns sensors or the start of a recording stays in report.json.',
+        'Intervals are 90 %. What sensors do is in rig.yaml, the start of each recording in report.json.',
     ]
     if diagnosis.partial:
         heading.insert(1, 'The diagnosis was interrupted: these values are what was known by then.')

@@ -12,9 +12,9 @@ from tcp_muscle_ros.report.tables import SHOWN
 
 VERDICTS = {
     'match': 'the simulation matches the recordings',
-    'wrong_parameters': 'the parameters are wrong, the physics is not',
+    'wrong_parameters': 'the parameters are wrong, no physics is seen to be missing',
     'not_repeatable': 'predicted about as well as the runs repeat each other',
-    'sensor_or_setup': 'a sensor or the set-up differs, not the muscle',
+    'sensor_or_setup': 'a sensor or the set-up differs, not necessarily the muscle',
     'missing_physics': 'physics is missing from the simulation',
     'unexplained': 'something is missing that no listed effect explains',
     'insufficient_data': 'the recordings do not allow a verdict',

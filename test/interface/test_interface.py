@@ -123,7 +123,7 @@ def test_a_plot_is_a_picture(tmp_path):
         (lambda: tcp.simulate(PROTOCOL, 'karami_tadesse_2071'), 'karami_tadesse_2071'),
         (tcp.diagnose, 'no recording'),
         (lambda: tcp.load('nowhere.csv'), 'nowhere.csv'),
-        (lambda: tcp.diagnose(pd.DataFrame({'x_m': [1, 2]})), 'which no muscle shows'),
+        (lambda: tcp.diagnose(pd.DataFrame({'x_m': [1, 2]})), 'which is no plausible value'),
     ],
 )
 def test_a_mistake_is_one_line(call, said):

@@ -36,8 +36,7 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
         shown.append(
             f'{name} = {row.to_edge(v.value):.3g} ({row.to_edge(v.low):.3g} to {row.to_edge(v.high):.3g}){unit}'
         )
-    kind = 'The sensors show' if EFFECTS[effect].stage == 'sensor' else 'The muscle shows'
-    sentence = f'{kind} {words(effect)}: {", ".join(shown)}.'
+    sentence = f'The recordings show {words(effect)}: {", ".join(shown)}.'
     if any(v.low <= none <= v.high for v, none in strengths(effect, values)):
         sentence += ' Its interval includes no effect at all.'
     if others:
@@ -93,7 +92,7 @@ def headline(
     if verdict == 'match':
         return 'The simulation agrees with the recordings to within their noise.'
     if verdict == 'wrong_parameters':
-        return f'The physics is right, the parameters are those of another muscle; {_recalibrated(fits)}.'
+        return f'No physics is seen to be missing, the parameters are those of another muscle; {_recalibrated(fits)}.'
     if verdict == 'not_repeatable':
         return repeats
     if location is None and repeats:
