@@ -107,7 +107,9 @@ def _absolute(params: str) -> str:
 
 
 def _cores() -> int:
-    return len(os.sched_getaffinity(0))
+    if hasattr(os, 'sched_getaffinity'):  # Linux alone tells those that this process may use
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _lock(file: TextIO) -> None:

@@ -64,16 +64,26 @@ def local(tasks: Sequence[Task], jobs: int) -> Generator[Outcome | None, None, N
             process.join()
 
 
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """What starts in it does not hear Ctrl-C, where a system has signals that can be held back."""
+    if not hasattr(signal, 'pthread_sigmask'):
+        yield
+        return
+    heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
+
+
 def _started() -> tuple[Connection, SpawnProcess]:
     """A process that works on what it is sent. It never hears Ctrl-C, which is its parent's to answer."""
     context = multiprocessing.get_context('spawn')
     mine, its = context.Pipe()
     process = context.Process(target=_serve, args=(its,), daemon=True)
-    heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
+    with _deaf():
         process.start()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
     its.close()
     return mine, process
 

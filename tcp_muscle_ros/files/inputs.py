@@ -17,7 +17,7 @@ def read_text(path: str | Path) -> str:
         UnicodeDecodeError: no text.
     """
     # Without blocking: a pipe that nobody opens for writing would otherwise never open.
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, 'O_NONBLOCK', getattr(os, 'O_BINARY', 0)))
     with open(descriptor, 'rb', buffering=0) as file:
         mode = os.fstat(descriptor).st_mode
         if stat.S_ISREG(mode):
