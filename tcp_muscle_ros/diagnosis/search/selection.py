@@ -28,7 +28,6 @@ from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirm
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised
-from tcp_muscle_ros.diagnosis.search.unsteady import unsteady
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -186,7 +185,6 @@ def _selected(
     if clearer is not None:  # slips that the swing hid, before all else bends to them
         return _among(search.bare, _with_slips_of(clearer, search.bare), effects, progress, most)
     search.revise()
-    search.follow_draught()
     if search.accepted:
         search.add_companions()
     return search.outcome()
@@ -271,22 +269,6 @@ class _Search:
         self.present, self.accepted, self.standing, self.kept_back = confirm(
             self.present, self.accepted, self.contests, self.calibrated, alone=not self.slipping
         )
-
-    def follow_draught(self) -> None:
-        """Accept a draught that no gust describes, where several channels see its course."""
-        course = self.roles.course
-        if course not in self.effects or len(self.accepted) >= self.most or not self.present.problem.work.left:
-            return
-        found = unsteady(self.present, self.progress)
-        if found is None:
-            return
-        itself = Rival(course, found.named, penalised(found.followed))
-        drop = penalised(with_noise(self.present, dict(found.followed.problem.noise))) - itself.score
-        self.accepted = [*self.accepted, course]
-        self.contests[course] = drop, [itself]
-        self.standing[course] = confirmation(self.present, found.named)[0], found.share
-        self.present, self.structure = settle_noise(found.named, 1)
-        self.kept_back = stretches(self.present.problem)
 
     def add_companions(self) -> None:
         """Accept what stands beside those accepted, and drop those in whose place it stands."""
