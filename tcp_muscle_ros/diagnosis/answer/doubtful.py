@@ -69,5 +69,4 @@ def without(selection: Selection, effect: str) -> Selection:
         structure_after=structures(final),
         unnamed=None,
         bent=None,
-        followed=None,
     )

@@ -22,11 +22,12 @@ _REAL = 0.25  # of the noise's variance: what a channel is missed by at least be
 
 
 def with_bent_form(found: Selection, progress: Callable[[], None] | None = None) -> Selection:
-    """The selection with the fit in which a law without a name bends a listed form, where one does, or in which the
-    course of a draught takes the place of its gust; else as it is."""
-    course = found.final.problem.model.roles.course
-    if any(c.effect == course for c in found.chosen):
-        return replace(found, followed=found.told.followed)
+    """The selection with the fit in which a law without a name bends a listed form, where one does; else as it is.
+
+    Beside a draught none is sought: its course bends to what is left.
+    """
+    if found.followed is not None:
+        return found
     definitions = [c.definition for c in found.chosen]
     stages = {d.stage for d in definitions if d.stage != 'sensor' and not d.circumstance}
     if not stages or found.leapt is not None or any(d.free is not None for d in definitions):

@@ -7,6 +7,7 @@ when the gain is a real share of what was unexplained.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -78,8 +79,8 @@ class Selection:
     ``other_conditions``: these are whole recordings, not stretches of those that were fitted. ``leapt``: the calibrated
     model with changes for good that have no name. ``first``: how the first effect was picked. ``kept_back``: the
     unseen data. ``unnamed``: what the listed effects leave, where a law without a name explains it. ``bent``: the final
-    model with a listed form as the recordings bend it, where they do; ``followed``: with the course of the draught that
-    was named. ``leads``: effects that came nearest and leave more than they explain.
+    model with a listed form as the recordings bend it, where they do. ``leads``: effects that came nearest and leave
+    more than they explain.
     """
 
     calibrated: Fit
@@ -95,7 +96,6 @@ class Selection:
     kept_back: tuple[Fold, ...] = ()
     unnamed: Unexplained | None = None
     bent: Fit | None = None
-    followed: Fit | None = None
     leads: tuple[str, ...] = ()
 
     @property
@@ -104,12 +104,22 @@ class Selection:
         return self.bent or self.followed or self.final
 
     @property
+    def followed(self) -> Fit | None:
+        """The final model with the course of the draught, where one is named."""
+        named = any(c.effect == self.final.problem.model.roles.course for c in self.chosen)
+        return _followed(self.final) if named else None
+
+    @property
     def told(self) -> 'Selection':
         """The same with the course of the draught where one is named: what remains then calls for another effect."""
-        if all(c.effect != self.final.problem.model.roles.course for c in self.chosen):
-            return self
-        final = self.followed or settle_noise(draught.with_course(self.final), 1)[0]
-        return replace(self, final=final, structure_after=structures(final), followed=final)
+        followed = self.followed
+        return self if followed is None else replace(self, final=followed, structure_after=structures(followed))
+
+
+@lru_cache(maxsize=2)
+def _followed(fitted: Fit) -> Fit:
+    """The fit with the course of its draught: asked for again and again, and seconds of work."""
+    return settle_noise(draught.with_course(fitted), 1)[0]
 
 
 def select(calibrated: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
