@@ -35,7 +35,7 @@ from tcp_muscle_ros.nodes.pace import LockstepTime, RealTime, leads
 from tcp_muscle_ros.nodes.polled import Inputs
 from tcp_muscle_ros.nodes.recorder import Recorder
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
-from tcp_muscle_ros.nodes.topics import COMMAND_QOS, publishers_of
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, COMMANDED_BY, NOBODY, publishers_of
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, OUTPUTS
 
 LATENESS = 'command_lateness'  # s, of each command
@@ -145,10 +145,23 @@ class Runner:
                     f'under {self._namespace} {heard} within {_HEARD_WITHIN:.0f} s; start a muscle, or give its '
                     '--namespace'
                 )
-        self._refuse_another()
         answered = time.monotonic()
-        while not self._answers and time.monotonic() - answered < _DIAGNOSED_WITHIN:
+        while not self._is_known() and time.monotonic() - answered < _DIAGNOSED_WITHIN:
             self._pause()
+        self._refuse_another()
+
+    def _is_known(self) -> bool:
+        """Whether the muscle's driver has said who commands it since it has found this node, if it says that at all.
+
+        It may have found another commander long before the graph of this node shows it.
+        """
+        me = self._node.get_fully_qualified_name()
+        return bool(self._answers) and all(me in names for names in self._named() if names)
+
+    def _named(self) -> list[set[str]]:
+        """The nodes that command the muscle by each of its drivers' words; empty where one does not say it."""
+        said = ({value.key: value.value for value in status.values} for status in self._answers.values())
+        return [set(filter(None, facts.get(COMMANDED_BY, '').split(', '))) for facts in said]
 
     def _join(self) -> None:
         """Where a simulation in lockstep is the muscle, its ticks are the time from now on."""
@@ -157,8 +170,9 @@ class Runner:
             self._time, self._supervisor = LockstepTime(self._node, self._take_tick), Supervisor(self._hottest)
 
     def _refuse_another(self) -> None:
-        other = self._another()
-        if other:
+        me = self._node.get_fully_qualified_name()
+        said = set[str]().union(*self._named()) - {me, NOBODY}
+        if other := self._another() or min(said, default=''):
             raise BadInput(f'{other} commands this muscle too; stop it first: only one node may command a muscle')
 
     def _another(self) -> str:

@@ -17,7 +17,7 @@ from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
-from tcp_muscle_ros.nodes.topics import COMMAND_QOS, STATE_QOS, publishers_of
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, COMMANDED_BY, NOBODY, STATE_QOS, publishers_of
 
 _QUIET = (State.ENABLED, State.DISABLED)
 
@@ -41,7 +41,7 @@ class SafeMuscle:
         self.said = f'{name}: ' if name else ''  # before what the log says of it
         self._told = self.safety.state
         self._counted = 0
-        self._commanders: tuple[str, ...] = ()  # where there is more than one
+        self._commanders: tuple[str, ...] = ()
 
     # What a subclass brings
 
@@ -103,8 +103,8 @@ class SafeMuscle:
         found = set[str]()
         for topic in {node.resolve_topic_name(self.topic(f'{kind.name.lower()}_command')) for kind in Kind}:
             found |= publishers_of(node, topic)
-        commanders = tuple(sorted(found)) if len(found) > 1 else ()
-        if commanders and commanders != self._commanders:
+        commanders = tuple(sorted(found))
+        if len(commanders) > 1 and commanders != self._commanders:
             node.get_logger().warning(f'{self.said}{_several(commanders)}; stop all but one')
         self._commanders = commanders
 
@@ -160,7 +160,7 @@ class SafeMuscle:
     def status(self, report: Report, node_worries: Iterable[str], node_facts: Mapping[str, str]) -> DiagnosticStatus:
         """What /diagnostics says of it."""
         worries = [*self.worries(), *node_worries]
-        if self._commanders:
+        if len(self._commanders) > 1:
             worries.append(_several(self._commanders))
         if report.state is State.FAULT:
             level = DiagnosticStatus.ERROR
@@ -179,6 +179,7 @@ class SafeMuscle:
             'limited_by': ', '.join(report.limited_by) or 'nothing',
             'hottest_c': number(None if report.temperature is None else report.temperature - ZERO_CELSIUS),
             'command_age_s': number(report.command_age),
+            COMMANDED_BY: ', '.join(self._commanders) or NOBODY,
             'rejected_commands': str(report.rejected),
             'refused_inputs': ', '.join(f'{name} {count}' for name, count in refused.items()) or 'none',
             'command_timeouts': str(report.timeouts),

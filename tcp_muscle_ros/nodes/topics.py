@@ -25,6 +25,8 @@ MEASUREMENT_QOS = QoSProfile(depth=BACKLOG, reliability=ReliabilityPolicy.BEST_E
 COMMAND_QOS = QoSProfile(depth=1)  # in and out: reliable, keep last; only the newest command counts
 STATE_QOS = QoSProfile(depth=BACKLOG)  # out: reliable, keep last
 OVERRIDES = 'qos_overrides.'
+COMMANDED_BY = 'commanded_by'  # in /diagnostics: the nodes that command a muscle, or nobody
+NOBODY = 'nobody'
 # What a simulated muscle or joint publishes in every tick, by the last part of the topic.
 EVERY_TICK = frozenset(('current', 'voltage', 'temperature', 'displacement', 'force', 'joint_states', 'angle'))
 _DEEPEST = 100_000  # messages; a queue that is deeper is a mistake
