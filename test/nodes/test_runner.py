@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
@@ -175,6 +175,23 @@ def test_two_commanders_are_refused_and_both_nodes_say_so(bench, muscle, tmp_pat
         bench.until(lambda node=node: told(node), f'{node} says nothing of a second commander')
     bench.node.destroy_publisher(second)
     controller.end(signal.SIGINT)
+
+
+def test_a_driver_that_names_another_commander_is_believed_before_the_graph_shows_it(bench, muscle, tmp_path):
+    driver = bench.speaker('/diagnostics', DiagnosticArray)
+    facts = {'current_limit_a': '0.27', 'commanded_by': '/elsewhere/arm, /played/protocol_runner'}
+    values = [KeyValue(key=key, value=value) for key, value in facts.items()]
+    array = DiagnosticArray(status=[DiagnosticStatus(name='/played/driver', message='enabled', values=values)])
+    program = played(bench, tmp_path, '--yes')
+
+    def ends():
+        driver.publish(array)
+        return program.process.poll() is not None
+
+    bench.until(ends, 'it is played', 60.0)
+    assert '/elsewhere/arm commands this muscle too' in ended(bench, program, 2)
+    assert not (tmp_path / 'bag').exists()
+    bench.node.destroy_publisher(driver)
 
 
 def test_in_lockstep_a_run_gives_the_bag_that_offline_gives(bench, tmp_path):
