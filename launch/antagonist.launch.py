@@ -1,15 +1,15 @@
 """Two simulated muscles on one joint, and the controller of its angle and co-contraction.
 
 ros2 launch tcp_muscle_ros antagonist.launch.py
-ros2 topic pub -r 10 /knuckle/angle_setpoint std_msgs/msg/Float64 '{data: 0.5}'
-ros2 topic pub -r 10 /knuckle/cocontraction_setpoint std_msgs/msg/Float64 '{data: 0.8}'
+ros2 topic pub -r 10 /antagonist/knuckle/angle_setpoint std_msgs/msg/Float64 '{data: 0.5}'
+ros2 topic pub -r 10 /antagonist/knuckle/cocontraction_setpoint std_msgs/msg/Float64 '{data: 0.8}'
 """
 
 from tcp_muscle_ros.nodes.launching import description, node
 from tcp_muscle_ros.settings.launch_arguments import parameters_of
 
 ARGUMENTS = [
-    ('namespace', '', 'namespace of the joint and its muscles'),
+    ('namespace', 'antagonist', 'namespace of the joint and its muscles, as in urdf/antagonist.urdf.xacro'),
     ('params_file', '', 'parameter file with muscles and joint, shared by both nodes; empty: config/antagonist.yaml'),
     ('rate_hz', '', 'ticks a second of both nodes; empty: as in the parameter file, else 100'),
 ]

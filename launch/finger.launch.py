@@ -3,15 +3,15 @@
 Needs MuJoCo: pip install mujoco. Pictures are on camera/image while somebody looks at them.
 
 ros2 launch tcp_muscle_ros finger.launch.py
-ros2 topic pub -r 10 /joint_commands sensor_msgs/msg/JointState '{name: [knuckle, middle], position: [0.3, 0.5]}'
-ros2 topic pub -r 10 /knuckle/cocontraction_setpoint std_msgs/msg/Float64 '{data: 0.8}'
+ros2 topic pub -r 10 /finger/joint_commands sensor_msgs/msg/JointState '{name: [knuckle, middle], position: [0.3, 0.5]}'
+ros2 topic pub -r 10 /finger/knuckle/cocontraction_setpoint std_msgs/msg/Float64 '{data: 0.8}'
 """
 
 from tcp_muscle_ros.nodes.launching import description, node
 from tcp_muscle_ros.settings.launch_arguments import parameters_of
 
 ARGUMENTS = [
-    ('namespace', '', 'namespace of the finger and its muscles'),
+    ('namespace', 'finger', 'namespace of the finger and its muscles, as in urdf/finger.urdf'),
     ('params_file', '', 'parameter file with muscles, joints and robot, for both nodes; empty: config/finger.yaml'),
     ('rate_hz', '', 'ticks a second of both nodes; empty: as in the parameter file, else 100'),
 ]

@@ -171,6 +171,20 @@ def test_the_joint_follows_the_namespace_unless_told_otherwise(tmp_path):
     }
 
 
+@pytest.mark.parametrize('robot', ['finger', 'antagonist'])
+def test_the_nodes_of_a_robot_stand_where_its_description_looks_for_them(robot, launched):
+    """In the namespace of its name (test_urdf.py), and so do the topics of every line to type after the launch."""
+    assert {one.namespace for one in launched(f'{robot}.launch.py')} == {robot}
+    told = 0
+    for path in (ROOT / 'README.md', *LAUNCH_FILES, *(ROOT / 'docs').glob('*.md')):
+        for block in path.read_text(encoding='utf-8').split('\n\n'):
+            if f'ros2 launch tcp_muscle_ros {robot}.launch.py\n' in block:
+                topics = re.findall(r'ros2 topic pub .*?(/\S+)', block)
+                assert all(topic.startswith(f'/{robot}/') for topic in topics), (path.name, topics)
+                told += len(topics)
+    assert told >= 2
+
+
 def test_a_switch_is_true_or_false(launched):
     with pytest.raises(BadInput, match="launch argument 'controller' is 'maybe'; expected true or false"):
         launched('hand.launch.py', controller='maybe')

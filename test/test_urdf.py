@@ -70,11 +70,21 @@ def test_ros2_control_goes_over_the_topics(robot):
     ]
 
 
-def test_without_a_namespace_its_topics_are_not_those_of_joint_state_broadcaster():
-    control = expanded(name='finger_1').find('ros2_control/hardware')
-    topics = {param.get('name'): param.text for param in control.findall('param')}
-    assert topics['joint_states_topic'] == '/finger_1/joint_states'
-    assert topics['joint_commands_topic'] == '/finger_1/joint_commands'
+DESCRIPTIONS = sorted(path.name for ending in ('urdf', 'urdf.xacro') for path in (ROOT / 'urdf').glob(f'*.{ending}'))
+
+
+@pytest.mark.parametrize('file', DESCRIPTIONS)
+def test_without_a_namespace_its_topics_are_not_those_of_joint_state_broadcaster(file):
+    """Which says /joint_states of all joints: a robot that read them there would hear itself."""
+    assert {'arm.urdf', 'finger.urdf', 'antagonist.urdf.xacro', 'tcp_muscle.urdf.xacro'} <= set(DESCRIPTIONS)
+    robot = expanded(file)
+    hardware = robot.findall('ros2_control/hardware')
+    assert len(hardware) == 1
+    topics = {param.get('name'): param.text for param in hardware[0].findall('param')}
+    place = robot.get('name')
+    assert place
+    assert topics['joint_states_topic'] == f'/{place}/joint_states'
+    assert topics['joint_commands_topic'] == f'/{place}/joint_commands'
 
 
 def test_the_controllers_are_for_the_joint_of_the_urdf():

@@ -110,13 +110,17 @@ class _Writer:
             self.turning.append(name)
 
     def _control(self) -> None:
-        """What ros2_control needs to drive it through topics, as in tcp_muscle_macros.xacro."""
-        control = SubElement(self.root, 'ros2_control', name=f'{self.root.get("name")}_system', type='system')
+        """What ros2_control needs to drive it through topics, as in tcp_muscle_macros.xacro.
+
+        In the robot's own namespace, never the root: joint_state_broadcaster says its own joint_states there.
+        """
+        robot = self.root.get('name')
+        control = SubElement(self.root, 'ros2_control', name=f'{robot}_system', type='system')
         hardware = SubElement(control, 'hardware')
         SubElement(hardware, 'plugin').text = 'joint_state_topic_hardware_interface/JointStateTopicSystem'
         for name, value in (
-            ('joint_commands_topic', 'joint_commands'),
-            ('joint_states_topic', 'joint_states'),
+            ('joint_commands_topic', f'/{robot}/joint_commands'),
+            ('joint_states_topic', f'/{robot}/joint_states'),
             ('trigger_joint_command_threshold', '-1'),
         ):
             SubElement(hardware, 'param', name=name).text = value
