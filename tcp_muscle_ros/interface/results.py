@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.answer.improved import physics_only
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.interface.wording import in_python
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 from tcp_muscle_ros.settings.parameter_file import ParameterFile
 from tcp_muscle_ros.settings.parameter_file import Value as Setting
@@ -56,6 +57,7 @@ class Calibrated:
             raise BadInput(f"unknown parameter '{name}'{nearest(name, SPECIFICATIONS)}") from None
         return float(f'{found:.{digits}g}')
 
+    @in_python
     def save(self, path: str | Path, *, force: bool = False) -> None:
         """Write the parameter file, and its intervals beside it. BadInput: something is there, and not ``force``."""
         from tcp_muscle_ros.commands.calibrate import write_muscle
@@ -113,6 +115,7 @@ class Diagnosed:
         rows = {name: (v.nominal, v.value, v.low, v.high, v.unit) for name, v in values.items()}
         return pd.DataFrame.from_dict(rows, orient='index', columns=['nominal', 'value', 'low', 'high', 'unit'])
 
+    @in_python
     def save(self, path: str | Path, *, force: bool = False) -> None:
         """Write the improved muscle as a parameter file. BadInput: something is there, and not ``force``."""
         from tcp_muscle_ros.files.outputs import in_place_of, writable_file
@@ -121,6 +124,7 @@ class Diagnosed:
         with in_place_of(writable_file(path, force=force)) as draft:
             write_improved(draft, self.diagnosis, self.operating)
 
+    @in_python
     def report(self, folder: str | Path, *, force: bool = False) -> Path:
         """Write the whole report, as ``tcp_muscle diagnose``; returns the path of its page."""
         from tcp_muscle_ros.report.write import write_report
@@ -165,6 +169,7 @@ class Picture:
 
     figure: 'Figure'
 
+    @in_python
     def save(self, path: str | Path, *, force: bool = False) -> None:
         """Write a .png, .pdf or .svg. BadInput: something is there, and not ``force``."""
         from tcp_muscle_ros.files.outputs import in_place_of

@@ -13,6 +13,7 @@ import yaml
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.interface.results import Calibrated, Diagnosed, Picture
 from tcp_muscle_ros.interface.sources import Source, recording_of
+from tcp_muscle_ros.interface.wording import in_python
 from tcp_muscle_ros.recording.frames import to_frame
 from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
@@ -25,6 +26,7 @@ Params: TypeAlias = str | Path | Calibrated | Diagnosed
 Protocol: TypeAlias = str | Path | Mapping[str, object]
 
 
+@in_python
 def simulate(protocol: Protocol, params: Params = DEFAULT_SET) -> 'pd.DataFrame':
     """Run a protocol on a simulated muscle, as ``tcp_muscle simulate``.
 
@@ -48,6 +50,7 @@ def simulate(protocol: Protocol, params: Params = DEFAULT_SET) -> 'pd.DataFrame'
         return to_frame(read_bag(given['output']))
 
 
+@in_python
 def calibrate(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple[str, ...] = ()) -> Calibrated:
     """Fit the paper's parameters to recordings of one muscle, as ``tcp_muscle calibrate``.
 
@@ -68,6 +71,7 @@ def calibrate(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple
     return Calibrated(found, nominal.operating)
 
 
+@in_python
 def diagnose(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple[str, ...] = ()) -> Diagnosed:
     """Say which physics recordings show that the model lacks, as ``tcp_muscle diagnose``.
 
@@ -90,6 +94,7 @@ def diagnose(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple[
     return Diagnosed(found, tuple(experiments), nominal.operating)
 
 
+@in_python
 def plot(*recordings: Source) -> Picture:
     """Draw recordings, channel above channel, as ``tcp_muscle plot``. BadInput: there is nothing to draw."""
     from tcp_muscle_ros.report.recording_figure import draw_recordings

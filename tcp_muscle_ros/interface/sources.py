@@ -1,12 +1,16 @@
 """Where recordings come from: a bag, a lab's file, a DataFrame."""
 
 import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, Union
 
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.interface.wording import in_python
 from tcp_muscle_ros.recording.frames import of_frame, to_frame
-from tcp_muscle_ros.recording.recording import Recording
+from tcp_muscle_ros.recording.recording import Recording, channel_kind
+from tcp_muscle_ros.recording.units import UNITS, unit_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,12 +20,26 @@ Source: TypeAlias = Union[str, Path, 'pd.DataFrame', Recording]
 _BAGS = ('.mcap', '.db3', '.zstd')
 
 
-def load(source: Source, run: str | None = None) -> 'pd.DataFrame':
+@in_python
+def load(
+    source: Source,
+    run: str | None = None,
+    *,
+    channels: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    namespace: str | None = None,
+) -> 'pd.DataFrame':
     """A recording as a DataFrame.
 
     Args:
-        source: a bag, or a lab's file (CSV, text, .xlsx, .mat, .parquet), understood as by ``tcp_muscle import``.
+        source: a bag, a lab's file (CSV, text, .xlsx, .mat, .parquet), understood as by ``tcp_muscle import``, or a
+            frame.
         run: the name of one run, where the file holds several.
+        channels: which topic (``'/laser/range.range'``) or column of a frame is which channel, where its name does not
+            say it: ``{'displacement': 'laser'}``.
+        units: in which unit the numbers of a channel are, where that is another than they were taken to be in:
+            ``{'displacement': 'mm'}``; a minus turns the sign, ``'-mm'``.
+        namespace: where the muscle's topics are, if several namespaces of a bag have some.
 
     Returns:
         A frame with the index ``time_s``, a column a channel with its unit, and what is known of the run in ``attrs``.
@@ -29,7 +47,16 @@ def load(source: Source, run: str | None = None) -> 'pd.DataFrame':
     Raises:
         BadInput: it cannot be read or understood, or holds several runs and none was named.
     """
-    return to_frame(recording_of(source, run))
+    if isinstance(source, str | Path) and _is_bag(Path(source)):
+        from tcp_muscle_ros.recording.bag import read_bag
+
+        return to_frame(read_bag(source, namespace=namespace, channels=channels, units=units))
+    if not isinstance(source, str | Path | Recording):
+        return to_frame(_taken_as(of_frame(source, channels=channels), units or {}))
+    recording = recording_of(source, run)
+    if channels:
+        raise BadInput(f'{recording.path}: channels name those of bags and frames; a file has a map for it (--map)')
+    return to_frame(_taken_as(recording, units or {}))
 
 
 def recording_of(source: Source, run: str | None = None) -> Recording:
@@ -39,7 +66,7 @@ def recording_of(source: Source, run: str | None = None) -> Recording:
     if not isinstance(source, str | Path):
         return of_frame(source)
     path = Path(source)
-    if path.is_dir() or path.suffix in _BAGS or not path.exists():
+    if _is_bag(path):
         from tcp_muscle_ros.recording.bag import read_bag
 
         return read_bag(path)
@@ -50,6 +77,24 @@ def recording_of(source: Source, run: str | None = None) -> Recording:
         what = f'holds {len(runs)} runs' if run is None else f"has no run '{run}'"
         raise BadInput(f"{path}: {what}; expected run='...'{nearest(run or '', runs)}")
     return runs[run]
+
+
+def _is_bag(path: Path) -> bool:
+    return path.is_dir() or path.suffix in _BAGS or not path.exists()
+
+
+def _taken_as(recording: Recording, units: Mapping[str, str]) -> Recording:
+    """The recording with a channel's numbers taken in another unit."""
+    channels = dict(recording.channels)
+    for name, unit in units.items():
+        kind = channel_kind(name, '--unit')
+        if kind.name not in channels:
+            raise BadInput(f'--unit {name}: {recording.path} has no channel of this name{nearest(name, channels)}')
+        quantity, channel = UNITS[kind.unit].quantity, channels[kind.name]
+        was = unit_of(recording.unit(kind.name), quantity, recording.path)
+        right = unit_of(unit, quantity, f'--unit {name}')
+        channels[kind.name] = replace(channel, value=right.to_si(was.from_si(channel.value)))
+    return replace(recording, channels=channels)
 
 
 def _runs_of(path: Path) -> dict[str, Recording]:

@@ -1,12 +1,13 @@
 """Recordings as pandas DataFrames, and the reverse. pandas (extra `labs`) is loaded when it is asked for."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
-from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, channel_kind
 from tcp_muscle_ros.recording.units import UNITS
 
 if TYPE_CHECKING:
@@ -45,35 +46,64 @@ def to_frame(recording: Recording) -> 'pd.DataFrame':
     return frame
 
 
-def of_frame(frame: 'pd.DataFrame', name: str = 'frame') -> Recording:
+def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[str, str] | None = None) -> Recording:
     """A DataFrame as a recording.
 
     Columns are named as headings of a lab file are: ``temperature_degC``, ``I (mA)``, ``Weg [mm]``; without a unit that
     of the channel's topic holds, and what is in no unit of its channel (a power in %) is left out. The time is a column
     of that name, or else the index: s, or stamps.
 
-    BadInput: no column is a channel, two are the same, or the time does not rise.
+    channels  NAME -> column, where a column's name does not say it
+
+    BadInput: no column is a channel, two are the same, one is missing, or the time does not rise.
     """
+    chosen = _chosen(frame, name, channels or {})
     meanings = {str(column): meaning(str(column)) for column in frame.columns}
     named = [column for column, found in meanings.items() if found.kind == 'time']
     time = _seconds(frame[named[0]] if named else frame.index, meanings[named[0]].unit if named else None, name)
-    channels: dict[str, Channel] = {}
+    taken: dict[str, Channel] = {}
+    units: dict[str, str] = {}
     for column, found in meanings.items():
-        channel = _channel_of(column, found)
-        if channel is None or found.raw:
+        channel = chosen.get(column) or _channel_of(column, found)
+        if channel is None or (found.raw and column not in chosen):
             continue
-        if channel in channels:
+        if channel in chosen.values() and column not in chosen:
+            continue
+        if channel in taken:
             raise BadInput(f"{name}: two columns are {channel}, the second is '{column}'; expected one")
-        value = np.asarray(frame[column], dtype=np.float64)
-        if found.kind in ('length', 'elongation'):
-            value = (value[0] if found.kind == 'length' else 0.0) - value
-        value = UNITS[found.unit or CHANNELS[channel].unit].to_si(value)
+        units[channel] = _unit(channel, found)
+        value = UNITS[units[channel]].to_si(_numbers(frame, column, found))
         finite = np.isfinite(value)
-        channels[channel] = Channel(channel, time[finite], value[finite], f'/{CHANNELS[channel].topic}')
-    if not channels:
+        taken[channel] = Channel(channel, time[finite], value[finite], column)
+    if not taken:
         raise BadInput(f"{name}: no column is a channel of a muscle; expected such as '{column_name('temperature')}'")
     known = {str(key): value for key, value in frame.attrs.items()}
-    return Recording(name, channels, _START_NS, known)
+    return Recording(name, taken, _START_NS, known, units=units)
+
+
+def _chosen(frame: 'pd.DataFrame', name: str, channels: Mapping[str, str]) -> dict[str, str]:
+    """Which column was said to be which channel."""
+    columns = [str(column) for column in frame.columns]
+    chosen = {}
+    for channel, column in channels.items():
+        kind = channel_kind(channel, '--channel')
+        if column not in columns:
+            raise BadInput(f"--channel {channel}: {name} has no column '{column}'{nearest(column, columns)}")
+        chosen[column] = kind.name
+    return chosen
+
+
+def _unit(channel: str, found: Meaning) -> str:
+    """The unit in a heading, where it is one of the channel; else that of the channel."""
+    own = CHANNELS[channel].unit
+    return found.unit if found.unit and UNITS[found.unit].quantity == UNITS[own].quantity else own
+
+
+def _numbers(frame: 'pd.DataFrame', column: str, found: Meaning) -> Array:
+    value: Array = np.asarray(frame[column], dtype=np.float64)
+    if found.kind in ('length', 'elongation'):
+        value = (value[0] if found.kind == 'length' else 0.0) - value
+    return value
 
 
 def _channel_of(column: str, found: Meaning) -> str | None:

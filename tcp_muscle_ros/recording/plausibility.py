@@ -98,7 +98,7 @@ def unit_sentence(name: str, value: Array, taken_as: str = '') -> str | None:
     unit = f'--unit {name}={guess}' if guess else f'--unit {name}=...'
     return (
         f'{name} is about {shown:.4g} {stated.name}, which is no plausible value: if it is recorded in another unit, '
-        f'say {unit}; if the topic carries something else, say --channel {name}=TOPIC'
+        f'say {unit}; if it is something else that was recorded, say --channel {name}=TOPIC'
     )
 
 
@@ -256,8 +256,8 @@ def _refuse_leaps(recording: Recording, name: str) -> None:
     if len(stays) >= 3:  # one may be a slip, or the seam of two runs
         raise BadInput(
             f'{recording.path}: {name} jumps by up to {np.abs(step[stays]).max() / span:.0%} of its range within a '
-            f'sample, {len(stays)} times, but heat takes seconds: does {channel.topic} carry an input? Say which topic '
-            f'is which with --channel {name}=TOPIC'
+            f'sample, {len(stays)} times, but heat takes seconds: does {channel.topic} carry an input? Say '
+            f'which is which with --channel {name}=TOPIC'
         )
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from recording.bags import START, float64, write_foreign
 
 import tcp_muscle_ros as tcp
 from tcp_muscle_ros import interface
@@ -130,6 +131,76 @@ def test_a_mistake_is_one_line(call, said):
     with pytest.raises(BadInput, match=said) as raised:
         call()
     assert '\n' not in str(raised.value)
+
+
+@pytest.fixture(scope='module')
+def frame():
+    return tcp.simulate(PROTOCOL)
+
+
+def changed(name, change):
+    return lambda frame: frame.assign(**{name: change(frame[name])})
+
+
+def swapped(frame):
+    return frame.assign(temperature_degC=frame['resistance_ohm'], resistance_ohm=frame['temperature_degC'])
+
+
+@pytest.mark.parametrize(
+    ('change', 'advice'),
+    [
+        (changed('displacement_m', lambda v: 1e3 * v), "load(..., units={'displacement': 'mm'})"),
+        (changed('displacement_m', lambda v: -v), "load(..., units={'displacement': '-m'})"),
+        (changed('temperature_degC', lambda v: 1.8 * v + 32.0), "load(..., units={'temperature': 'degF'})"),
+        (changed('load_N', lambda v: v / 9.80665e-3), "load(..., units={'load': 'g'})"),
+        (changed('current_A', lambda v: 1e3 * v), "load(..., units={'current': 'mA'})"),
+        (swapped, "load(..., channels={'temperature': 'resistance_ohm', 'resistance': 'temperature_degC'})"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else '',
+)
+def test_the_gate_names_the_argument_that_mends_a_frame(frame, change, advice):
+    """The advice is taken as it is written, and the same frame passes."""
+    wrong = change(frame)
+    with pytest.raises(BadInput) as raised:
+        tcp.calibrate(wrong)
+    assert advice in str(raised.value)
+    assert '--' not in str(raised.value) and 'topic' not in str(raised.value)
+    mended = eval(advice.replace('...', 'wrong'), {'load': tcp.load, 'wrong': wrong})
+    pd.testing.assert_frame_equal(mended[frame.columns], frame, check_exact=False, atol=1e-9)
+    assert tcp.calibrate(mended).value('hA', 2) == pytest.approx(0.019)
+
+
+@pytest.mark.parametrize(
+    ('call', 'said'),
+    [
+        (lambda f: tcp.calibrate(f[['temperature_degC']]), r"name one with load\(..., channels=\{'current': '...'\}\)"),
+        (lambda f: tcp.calibrate(f, separate=('hB',)), r"separate=\('hB',\): expected one of hA, C"),
+        (lambda f: tcp.load(f, units={'displacment': 'mm'}), r"units: unknown channel 'displacment'; did you mean"),
+        (lambda f: tcp.load(f, units={'load': 'gram'}), r"units\['load'\]: unknown unit 'gram'; known: N,"),
+        (lambda f: tcp.load(f[['current_A']], units={'load': 'g'}), r"units\['load'\]: frame has no channel of this"),
+        (lambda f: tcp.load(f, channels={'load': 'Load'}), r"channels\['load'\]: frame has no column 'Load'; did you"),
+        (lambda f: tcp.load(ROOT / 'config/example_lab_run.csv', channels={'load': 'F'}), 'tcp_muscle import --map'),
+        (lambda f: tcp.plot(f).save(ROOT / 'setup.py'), 'give another path, or force=True'),
+        (lambda f: tcp.calibrate(f).save(ROOT / 'README.md'), 'give another path, or force=True'),
+    ],
+)
+def test_a_message_names_arguments_and_not_options(frame, call, said):
+    with pytest.raises(BadInput, match=said) as raised:
+        call(frame)
+    assert '--' not in str(raised.value).replace('tcp_muscle import --map', '')
+
+
+def test_a_bag_that_is_recorded_otherwise_is_told_the_arguments_of_load(tmp_path):
+    rows = [('/a/laser', START + k * 10**8, float64(k)) for k in range(100)]
+    bag = write_foreign(tmp_path / 'odd', rows)
+    with pytest.raises(BadInput, match=r"say which is which with load\(..., channels=\{'NAME': '...'\}\)"):
+        tcp.load(bag)
+    loaded = tcp.load(bag, channels={'displacement': '/a/laser'}, units={'displacement': 'mm'})
+    assert loaded['displacement_m'].iloc[-1] == pytest.approx(0.099)
+    rows = [(f'/{name}/current', START + k, float64(0.1)) for name in ('left', 'right') for k in range(5)]
+    write_foreign(tmp_path / 'two', rows)
+    with pytest.raises(BadInput, match=r"choose one with load\(..., namespace='/left'\)"):
+        tcp.load(tmp_path / 'two')
 
 
 def test_a_file_with_several_runs_asks_which(tmp_path):

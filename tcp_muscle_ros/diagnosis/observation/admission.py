@@ -17,7 +17,7 @@ from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.plausibility import refuse_implausible
 from tcp_muscle_ros.recording.recording import CHANNELS, Recording
-from tcp_muscle_ros.recording.units import UNITS
+from tcp_muscle_ros.recording.units import UNITS, unit_of
 
 _STRETCH = 5.0  # times its length, which no load draws a coil to and leaves it one
 _OTHER_MUSCLE = 100.0  # times: so far, but no farther, is another muscle from the one assumed
@@ -71,7 +71,7 @@ def _refuse_resistance(recording: Recording, muscle: Parameters) -> None:
     factor = typical / muscle['R0']
     if 1.0 / _OTHER_MUSCLE < factor < _OTHER_MUSCLE:
         return
-    raw = UNITS[taken].from_si(typical)
+    raw = unit_of(taken, 'resistance', recording.path).from_si(typical)
     fitting = [u.name for u in UNITS.values() if u.quantity == 'resistance' and 0.1 < u.to_si(raw) / muscle['R0'] < 10]
     mend = f'if it is recorded in {fitting[0]}, say --unit resistance={fitting[0]}' if fitting else 'check its unit'
     raise BadInput(
