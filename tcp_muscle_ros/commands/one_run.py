@@ -76,6 +76,8 @@ def _files(bag: Path) -> Iterator[Path]:
 
 
 def _add(said: hashlib._Hash, path: Path) -> None:
+    if not path.is_file():  # opening a pipe may take for ever
+        raise OSError(f'{path} is no regular file')
     with path.open('rb') as file:
         while block := file.read(_BLOCK):
             said.update(block)

@@ -1,10 +1,12 @@
-"""Text that people give: a file, or a pipe that something writes to."""
+"""What people give to be read: text, from a file or a pipe that something writes to; and files that are no text."""
 
 import errno
 import os
 import select
 import stat
 from pathlib import Path
+
+from tcp_muscle_ros.errors import BadInput, nearest
 
 _PATIENCE_S = 5.0  # for the first and each further byte of a pipe
 
@@ -25,6 +27,18 @@ def read_text(path: str | Path) -> str:
         if not stat.S_ISFIFO(mode):
             raise OSError(errno.EINVAL, os.strerror(errno.EISDIR) if stat.S_ISDIR(mode) else 'not a file')
         return _drained(descriptor).decode('utf-8')
+
+
+def not_readable(path: Path, what: str) -> BadInput:
+    """Why a path that is no regular file cannot be read as one. ``what`` was expected there, such as a bag."""
+    if path.is_fifo():
+        return BadInput(f'{path}: is a pipe, not a regular file; write what comes through it to a file and give that')
+    if path.exists():
+        return BadInput(f'{path}: is not a regular file; expected a {what}')
+    if path.is_symlink():
+        return BadInput(f'{path}: is a link to {os.readlink(path)}, which does not exist')
+    siblings = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
+    return BadInput(f'{path}: no such {what}{nearest(path.name, siblings)}')
 
 
 def _drained(pipe: int) -> bytes:

@@ -100,11 +100,12 @@ def _taken_as(recording: Recording, units: Mapping[str, str]) -> Recording:
 def _runs_of(path: Path) -> dict[str, Recording]:
     """The runs of a lab's file by name."""
     from tcp_muscle_ros.files.outputs import IMPORT_MAP
-    from tcp_muscle_ros.recording.csv_import import import_runs
+    from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
     from tcp_muscle_ros.recording.import_map import read_import_map
     from tcp_muscle_ros.recording.lab.draft_map import map_text
     from tcp_muscle_ros.recording.lab.guess import guess
 
+    (path,) = lab_files([path])
     with tempfile.TemporaryDirectory() as folder:
         import_map = Path(folder) / IMPORT_MAP
         import_map.write_text(map_text({path: guess(path)}, import_map), encoding='utf-8')

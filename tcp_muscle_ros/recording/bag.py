@@ -12,6 +12,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_from_msg, get_typestore
 
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.files.inputs import not_readable
 from tcp_muscle_ros.recording.bag_writer import KNOWN
 from tcp_muscle_ros.recording.cdr import DTYPES, Index, field_path
 from tcp_muscle_ros.recording.columns import Topic
@@ -123,8 +124,7 @@ class _Bag:
                 raise BadInput(f'{path}: this is the description of a bag; give its directory {path.parent}')
             return [path]
         if not path.is_dir():
-            siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-            raise BadInput(f'{path}: no such bag{nearest(path.name, siblings)}')
+            raise not_readable(path, 'bag')
         files = sorted(
             (p for p in path.iterdir() if re.search(r'\.(mcap|db3)(\.zstd)?$', p.name) and p.is_file()), key=_by_number
         )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.files.inputs import not_readable
 from tcp_muscle_ros.recording.import_map import (
     CLOCK,
     ColumnSource,
@@ -56,8 +57,7 @@ def lab_files(paths: Sequence[str | Path]) -> list[Path]:
         elif path.is_file():
             found.append(path)
         else:
-            siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-            raise BadInput(f'{path}: no such file{nearest(path.name, siblings)}')
+            raise not_readable(path, 'file')
     return list(dict.fromkeys(found))
 
 
