@@ -2,8 +2,9 @@
 
 import re
 from dataclasses import replace
-from math import floor, isfinite, log10
+from math import isfinite
 
+from tcp_muscle_ros.diagnosis.answer.digits import digits_text, number, value_text
 from tcp_muscle_ros.diagnosis.answer.findings import Change, Finding, Value
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.search.location import Driver, Unexplained
@@ -78,34 +79,6 @@ def plain(name: str) -> str:
     return name.replace('_', ' ')
 
 
-def number(value: float, digits: int = 3) -> str:
-    """Few digits, never NaN: ``-`` where there is none."""
-    if not isfinite(value):
-        return '-'
-    if value != 0.0 and 1e-3 <= abs(value) < 1e6:
-        return f'{value:.{max(0, digits - 1 - floor(log10(abs(value))))}f}'
-    return f'{value:.{digits}g}'
-
-
-def digits_text(value: Value) -> tuple[str, str, str]:
-    """Value, low and high with the digits that the interval's width leaves worth reading, the same for all three."""
-    numbers, width = (value.value, value.low, value.high), value.high - value.low
-    largest = max(abs(x) for x in numbers if isfinite(x)) if any(map(isfinite, numbers)) else 0.0
-    if not (isfinite(width) and width > 0.0 and 1e-3 <= largest < 1e6):
-        first, second, third = (number(x) for x in numbers)
-    else:
-        decimals = min(max(1 - floor(log10(width)), 0), 9)
-        first, second, third = (f'{x:.{decimals}f}' if isfinite(x) else '-' for x in numbers)
-    return first, second, third
-
-
-def value_text(value: Value) -> str:
-    """``0.100 (0.092 to 0.108) N/m``: a value with its 90 % interval and unit (none for a pure number)."""
-    middle = digits_text(value)[0]
-    interval = f' ({interval_text(value)})' if isfinite(value.low) and isfinite(value.high) else ''
-    return f'{middle}{interval}' + (f' {value.unit}' if value.unit not in ('', '1') else '')
-
-
 def parameter_text(effect: str, name: str, value: Value) -> str:
     """A finding's parameter: its value as above, or the name of what was chosen."""
     row = SPECIFICATIONS.get(f'{effect}.{name}')
@@ -139,7 +112,10 @@ def range_text(found: Driver | Unexplained) -> str:
         return name
     if unit == 'm':
         low, high, unit = 1e3 * low, 1e3 * high, 'mm'
-    return f'{name} {number(low, 2)} to {number(high, 2)} {unit}'.strip()
+    first, last = number(low, 2), number(high, 2)
+    if first == last:
+        _, first, last = digits_text(Value(low, low, high, unit))
+    return f'{name} {first} to {last} {unit}'.strip()
 
 
 def percent(share: float) -> str:

@@ -110,4 +110,4 @@ def test_a_finding_names_the_channel_that_is_late():
 
     values = {'d': Value(0.4, 0.35, 0.45, 's'), 'channel': Value(1.0, 1.0, 1.0, '1')}
     said = finding_sentence('clock_skew', values, ())
-    assert said == 'The recordings show clock skew: d = 0.4 (0.35 to 0.45) s, channel = displacement.'
+    assert said == 'The recordings show clock skew: d = 0.40 (0.35 to 0.45) s, channel = displacement.'

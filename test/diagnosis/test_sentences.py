@@ -72,6 +72,27 @@ def test_recalibration_is_praised_for_what_it_does():
     assert 'falls' not in worse and 'agrees' not in worse
 
 
+@pytest.mark.parametrize(
+    ('effect', 'name', 'value', 'said'),
+    [
+        ('heat_capacity', 'c', Value(0.30004, 0.29996, 0.30012, '1/K'), 'c = 0.30004 (0.29996 to 0.30012) 1/K.'),
+        ('creep', 'tau50', Value(1234.567, 1234.561, 1234.572, 's'), 'tau50 = 1234.567 (1234.561 to 1234.572) s.'),
+        (
+            'viscous_flow',
+            'm',
+            Value(1.00004e-6, 1.00001e-6, 1.00007e-6, 'm/(N s)'),
+            'm = 1.00004e-06 (1.00001e-06 to 1.00007e-06) m/(N s).',
+        ),
+        ('heat_capacity', 'Tg', Value(323.15, 322.15, 324.15, 'K'), 'Tg = 50.0 (49.0 to 51.0) degC.'),
+        ('heat_capacity', 'c', Value(0.3, 0.3, 0.3, '1/K'), 'c = 0.300 1/K.'),
+    ],
+)
+def test_the_bounds_of_an_interval_are_told_apart(effect, name, value, said):
+    assert finding_sentence(effect, {name: value}, ()).startswith(
+        f'The recordings show {effect.replace("_", " ")}: {said}'
+    )
+
+
 def test_a_strength_that_may_be_nothing_is_said_to_be():
     said = finding_sentence('heat_capacity', {'c': Value(0.0026, -0.0004, 0.0056, '1')}, ())
     assert said.endswith('Its interval includes no effect at all.')

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
+from tcp_muscle_ros.diagnosis.answer.digits import value_text
 from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, FreeLaw, Value, strengths
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
@@ -32,10 +33,8 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
         if row.choices:
             shown.append(f'{name} = {row.choices[round(v.value)]}')
             continue
-        unit = '' if row.edge_unit == '1' else f' {row.edge_unit}'
-        shown.append(
-            f'{name} = {row.to_edge(v.value):.3g} ({row.to_edge(v.low):.3g} to {row.to_edge(v.high):.3g}){unit}'
-        )
+        edge = Value(row.to_edge(v.value), row.to_edge(v.low), row.to_edge(v.high), row.edge_unit)
+        shown.append(f'{name} = {value_text(edge)}')
     sentence = f'The recordings show {words(effect)}: {", ".join(shown)}.'
     if any(v.low <= none <= v.high for v, none in strengths(effect, values)):
         sentence += ' Its interval includes no effect at all.'
