@@ -33,8 +33,8 @@ class Progress:
 
     @staticmethod
     def _say(line: str) -> None:
-        end = '\r' if sys.stderr.isatty() or _in_notebook() else '\n'
-        print(f'{line:<78}', end=end, file=sys.stderr, flush=True)
+        again = sys.stderr.isatty() or _in_notebook()
+        print(f'{line:<78}' if again else line, end='\r' if again else '\n', file=sys.stderr, flush=True)
 
     def __enter__(self) -> 'Progress':
         return self

@@ -49,7 +49,7 @@ def mend(recording: Recording) -> Mended:
             del channels[name]
         else:
             channels[name] = Channel(name, channel.time[~dead], channel.value[~dead], channel.topic)
-    whole = Recording(recording.path, channels, recording.start_ns, recording.known, tuple(notes))
+    whole = Recording(recording.path, channels, recording.start_ns, recording.known, tuple(notes), recording.units)
     return Mended(_parts(whole), tuple(faults))
 
 
@@ -114,7 +114,7 @@ def _parts(recording: Recording) -> tuple[Recording, ...]:
         known: Mapping[str, object] = recording.known if start == 0.0 else {**recording.known, RESUMED: True}
         channels = {n: c for n, c in ((n, _window(c, start, end)) for n, c in recording.channels.items()) if len(c)}
         start_ns = recording.start_ns + round(start * 1e9)
-        found.append(Recording(recording.path, channels, start_ns, known, (*recording.notes, note)))
+        found.append(Recording(recording.path, channels, start_ns, known, (*recording.notes, note), recording.units))
     return tuple(found)
 
 

@@ -12,6 +12,7 @@ from scipy.signal import lfilter
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.inputs import changes, distance, drive_of, hold, stated_ambient
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
+from tcp_muscle_ros.recording.signs import refuse_signs, turned
 from tcp_muscle_ros.recording.units import UNITS, Unit, unit_of
 
 # SI values that a muscle's channel has on a bench, (low, high): beyond, it is in another unit, or another channel.
@@ -43,6 +44,7 @@ USUAL = {
 _MANY = 0.02  # share of the samples, and
 _AT_LEAST = 5  # samples
 _ROOM = (278.0, 316.0)  # K
+_NO_SCALE = 15.0  # K: what rests nearer to its room is in no other scale
 _LAGS = (1.0, 2.0, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 100.0)  # s
 _COARSE = 20_000  # instants at which a recording is looked at for its heat
 _FITS = 0.3  # of a channel's standard deviation, that a lag may leave
@@ -53,8 +55,6 @@ _QUICK = 0.6  # s apart
 _BEYOND_NOISE = 30.0  # usual steps that a span must have to be more than noise
 _DENSER = 1.6  # times the usual rate, for
 _OVERLAP = 1.0  # s
-_GRID_S = 0.25  # s, but no more than
-_GRID_MOST = 2_000_000  # instants, of a recording of many days
 
 
 def outside(name: str, value: Array) -> Array:
@@ -81,7 +81,7 @@ def refuse_implausible(recording: Recording, ambient: float | None = None) -> No
     _refuse_slope(recording)
     for name in ('temperature', 'displacement', 'force'):
         _refuse_leaps(recording, name)
-    _refuse_signs(recording)
+    refuse_signs(recording)
 
 
 def unit_sentence(name: str, value: Array, taken_as: str = '') -> str | None:
@@ -94,25 +94,29 @@ def unit_sentence(name: str, value: Array, taken_as: str = '') -> str | None:
         return None
     stated = unit_of(taken_as or CHANNELS[name].unit, UNITS[CHANNELS[name].unit].quantity, name)
     shown = stated.from_si(float(np.median(beyond)))
-    guess = _guess(name, stated.from_si(value), stated)
-    unit = f'--unit {name}={guess}' if guess else f'--unit {name}=...'
+    guesses = _guesses(name, stated.from_si(value), stated)
+    # A force in mN or in g is as likely; of the others the first is far more so.
+    guesses = guesses if stated.quantity == 'force' else guesses[:1]
+    unit = ' or '.join(f'--unit {name}={guess}' for guess in guesses or ['...'])
     return (
         f'{name} is about {shown:.4g} {stated.name}, which is no plausible value: if it is recorded in another unit, '
         f'say {unit}; if it is something else that was recorded, say --channel {name}=TOPIC'
     )
 
 
-def _guess(name: str, raw: Array, stated: Unit) -> str | None:
-    """The unit in which a channel's raw numbers would be a muscle's, the stated one being wrong."""
+def _guesses(name: str, raw: Array, stated: Unit) -> list[str]:
+    """The units in which a channel's raw numbers would be a muscle's, the stated one being wrong."""
     low, high = USUAL[name]
-    turned = replace(stated, name=f'-{stated.name.lstrip("-")}', scale=-stated.scale)
-    signed = [turned] if name in ('load', 'force', 'power') and np.median(raw) < 0.0 else []
-    for unit in (*signed, *UNITS.values()):
+    units = [stated, *(unit for unit in UNITS.values() if unit.name != stated.name.lstrip('-'))]
+    if name in ('load', 'force', 'power') and float(np.mean(raw)) < 0.0:
+        units = [replace(unit, name=turned(unit.name), scale=-unit.scale) for unit in units]
+    found = []
+    for unit in units:
         value = unit.to_si(raw)
         fits = low <= float(np.max(np.abs(value))) <= high and not outside(name, value).size
-        if unit.quantity == stated.quantity and fits:
-            return unit.name
-    return None
+        if unit.quantity == stated.quantity and unit.name != stated.name and fits:
+            found.append(unit.name)
+    return found
 
 
 def _refuse_level(recording: Recording, channel: Channel) -> None:
@@ -156,8 +160,9 @@ def _refuse_scale(recording: Recording, ambient: float | None) -> None:
     rest = float(np.mean(found))
     air = recording.channels.get('ambient')
     room = float(np.median(air.value)) if air is not None and len(air) else stated_ambient(recording, ambient)
-    if room is not None and abs(rest - room) < 15.0:
+    if room is not None and abs(rest - room) < _NO_SCALE:
         return
+    _refuse_other_room(recording, rest)
     low, high = (room - 8.0, room + 8.0) if room is not None else _ROOM
     celsius = UNITS['degC'].from_si(rest)
     if said == 'degC':
@@ -170,6 +175,20 @@ def _refuse_scale(recording: Recording, ambient: float | None) -> None:
             f'{recording.path}: temperature rests at {UNITS[said].from_si(rest):.1f} {said} {where}, which in {meant} '
             f'would be a room of {UNITS["degC"].from_si(value):.1f} degC: recorded in {meant}, not {said}? Then say '
             f'--unit temperature={meant}; in a warm or cold chamber state ambient_temperature_c in --params'
+        )
+
+
+def _refuse_other_room(recording: Recording, rest: float) -> None:
+    """A thermometer of the room that would agree with the muscle at rest, were it in the other scale."""
+    air, said = recording.channels.get('ambient'), recording.unit('ambient')
+    meant = {'degC': 'degF', 'degF': 'degC'}.get(said)
+    if air is None or not len(air) or meant is None or not _ROOM[0] <= rest <= _ROOM[1]:
+        return
+    shown = UNITS[said].from_si(float(np.median(air.value)))
+    if abs(UNITS[meant].to_si(shown) - rest) <= 8.0:
+        raise BadInput(
+            f'{recording.path}: ambient is about {shown:.1f} {said}, but temperature rests at '
+            f'{UNITS["degC"].from_si(rest):.1f} degC: if ambient is recorded in {meant}, say --unit ambient={meant}'
         )
 
 
@@ -259,67 +278,3 @@ def _refuse_leaps(recording: Recording, name: str) -> None:
             f'sample, {len(stays)} times, but heat takes seconds: does {channel.topic} carry an input? Say '
             f'which is which with --channel {name}=TOPIC'
         )
-
-
-def _refuse_signs(recording: Recording) -> None:
-    """A stroke, a held force or a temperature that falls whenever the muscle is heated, the load being the same."""
-    drive = drive_of(recording)
-    if drive is None:
-        return
-    meant = {
-        'displacement': ('counts contraction, positive when shorter', 'counts length'),
-        'force': ('is tension, positive when it pulls', 'counts compression'),
-    }
-    for name, (what, otherwise) in meant.items():
-        channel = recording.channels.get(name)
-        if channel is not None and not _load_changes(recording) and _falls_when_heated(recording, channel, drive):
-            unit = recording.unit(name)
-            turned = unit[1:] if unit.startswith('-') else f'-{unit}'
-            raise BadInput(
-                f'{recording.path}: {name} falls when the muscle is heated, but {what}: if {channel.topic} '
-                f'{otherwise}, say --unit {name}={turned}'
-            )
-    channel = recording.channels.get('temperature')
-    if channel is not None and _falls_when_heated(recording, channel, drive):
-        raise BadInput(
-            f'{recording.path}: temperature falls when the muscle is heated: are the leads of the thermocouple '
-            f'swapped? If {channel.topic} carries something else, say --channel temperature=TOPIC'
-        )
-
-
-def _load_changes(recording: Recording) -> bool:
-    load = recording.channels.get('load')
-    if load is None or not len(load):
-        return False
-    return bool(np.ptp(load.value) > 0.02 * max(float(np.max(np.abs(load.value))), 1e-9))
-
-
-def _falls_when_heated(recording: Recording, channel: Channel, drive: Channel) -> bool:
-    if len(channel) < 50 or np.ptp(channel.value) == 0.0:
-        return False
-    if channel.time[-1] - channel.time[0] < 10.0 or np.ptp(hold(drive, channel.time)) == 0.0:
-        return False
-    found = [_correlation(channel, warmth) for warmth in _warmths(recording, drive, channel)]
-    return min(found) < -_SURE and max(found) < 0.5
-
-
-def _correlation(channel: Channel, other: Array) -> float:
-    if np.ptp(other) == 0.0:
-        return 0.0
-    with np.errstate(all='ignore'):  # of what hardly moves at all the squares may vanish
-        return float(np.nan_to_num(np.corrcoef(channel.value, other)[0, 1]))
-
-
-def _warmths(recording: Recording, drive: Channel, channel: Channel) -> list[Array]:
-    """What a muscle's temperature is like at a channel's instants: as recorded, and the square of the input with lags
-    of 3 to 40 s."""
-    found, time = [], channel.time
-    if channel.name != 'temperature' and 'temperature' in recording and len(recording['temperature']) > 20:
-        found.append(np.interp(time, recording['temperature'].time, recording['temperature'].value))
-    step = max(_GRID_S, float(time[-1] - time[0]) / _GRID_MOST)
-    grid = np.arange(time[0], time[-1], step)
-    heat = hold(drive, grid) ** (1 if drive.name.startswith('power') else 2)
-    for lag in (3.0, 8.0, 20.0, 40.0):
-        share = min(step / lag, 1.0)
-        found.append(np.interp(time, grid, lfilter([share], [1.0, share - 1.0], heat)))
-    return found

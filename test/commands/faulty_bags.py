@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from proof.cases import make_case
 from proof.protocols import Step, build
-from proof.recordings import START_NS, instrument, write
+from proof.recordings import INPUTS, START_NS, instrument, write
 from proof.truth import Bench, observe
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -19,22 +19,24 @@ RATE = 10.0  # Hz
 
 
 @cache
-def sound(load=0.5884, on=(3, 1), level=None):
+def sound(load=0.5884, on=(3, 1), level=None, kind='current', blocked=False):
     """Two heatings of 25 s, 35 s of cooling after each: (experiment, channels), channels as (ticks, values).
 
-    ``level``: a current (A) held throughout instead.
+    ``level``: a current (A) held throughout instead. ``kind``: which input the source holds.
+    ``blocked``: the end is held, and its force recorded in place of the displacement.
     """
     case = make_case('development', 4711, 0, 'null', '')
-    lab = replace(case.lab, rate=RATE, kind=0)
+    lab = replace(case.lab, rate=RATE, kind=INPUTS.index(kind))
     steps = [Step(5.0, 0.0, load)]
     for current in on:
         steps += [Step(25.0, lab.currents()[current], load), Step(35.0, 0.0, load)]
     if level is not None:
         steps = [Step(90.0, level, load)]
     rng = np.random.default_rng([7, round(1e3 * load)])  # a recording has noise of its own, or it would be no noise
-    done = build(lab, 'heated twice', steps, rng)
+    done = build(lab, 'heated twice', steps, rng, blocked=blocked)
+    channels = ('temperature', 'resistance', 'force') if blocked else CHANNELS
     noise = {name: replace(each, bursts=0, quantum=0.0) for name, each in case.noise.items()}
-    return done, instrument(observe(Bench.of(lab.body), done), done, noise, CHANNELS, rng)
+    return done, instrument(observe(Bench.of(lab.body), done), done, noise, channels, rng)
 
 
 def write_bag(path, experiment, channels):
@@ -45,6 +47,16 @@ def write_bag(path, experiment, channels):
 
 def without(*names):
     return lambda e, c: (e, {n: v for n, v in c.items() if n not in names})
+
+
+def added(name, level, scatter=0.0):
+    """A channel that stays at a level, with noise, and that ``write_bag`` puts on the topic of its name."""
+
+    def add(e, c):
+        noise = scatter * np.random.default_rng(9).standard_normal(len(e.time))
+        return e, {**c, name: (np.arange(len(e.time)), level + noise)}
+
+    return add
 
 
 def swapped(a, b):

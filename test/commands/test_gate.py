@@ -38,8 +38,8 @@ def refused(tmp_path, capsys):
             (line,) = [line for line in err.splitlines() if not line.startswith('diagnosing: ')]
             lines.add(re.sub(r'from .* s on, under .* A', 'from x s on, under y A', line.partition(': ')[2]))
         assert sorted(tmp_path.rglob('*')) == before
-        (line,) = lines
-        return line
+        assert len(lines) == 1, lines
+        return lines.pop()
 
     return run
 
@@ -92,7 +92,7 @@ def later(seconds):
         (
             scaled('current', 1.0),
             ['--unit', 'current=mA'],
-            'is current or temperature in another unit',
+            'temperature moves as this muscle would .* say --unit current=A; or state',
         ),
         (bags.set_back(6.0), [], 'the clock was set back'),
         (bags.swapped('current', 'displacement'), [], 'does /displacement carry an input'),
@@ -102,6 +102,57 @@ def later(seconds):
 def test_every_command_refuses_what_cannot_be_in_the_same_words(made, refused, fault, options, told):
     line = refused(made(fault), *options)
     assert re.search(told, line), line
+
+
+HELD = {'blocked': True}
+GRAM = 1e3 / 9.80665
+AMBIENT = ['--channel', 'ambient=/ambient']
+
+
+@pytest.mark.parametrize(
+    ('recorded', 'faults', 'options', 'told'),
+    [
+        ({'kind': 'power'}, [scaled('power', 1e3)], [], 'power=mW'),
+        ({'kind': 'power'}, [], ['--unit', 'power=mW'], 'power=W'),
+        ({'kind': 'power'}, [scaled('power', -1.0)], [], 'power=-W'),
+        ({'kind': 'voltage'}, [scaled('voltage', 1e3)], [], 'voltage=mV'),
+        ({'kind': 'voltage'}, [], ['--unit', 'voltage=mV'], 'voltage=V'),
+        ({}, [bags.added('ambient', 296.15, 0.05)], AMBIENT, 'ambient=K'),
+        ({}, [bags.added('ambient', 73.4, 0.05)], AMBIENT, 'ambient=degF'),
+        ({}, [bags.added('ambient', 23.0, 0.05)], [*AMBIENT, '--unit', 'ambient=K'], 'ambient=degC'),
+        ({}, [bags.added('ambient', 23.0, 0.05)], [*AMBIENT, '--unit', 'ambient=degF'], 'ambient=degC'),
+        ({}, [bags.without('load'), bags.added('force', 60.0, 0.2)], [], 'force=g'),
+        ({}, [bags.added('force', 60.0, 0.2)], [], 'force=g'),
+        ({}, [bags.without('load'), bags.added('force', -0.5884, 2e-3)], [], 'force=-N'),
+        ({}, [bags.added('force', -0.5884, 2e-3)], [], 'force=-N'),
+        ({}, [bags.without('load'), bags.added('force', -60.0, 0.2)], [], 'force=-g'),
+        ({}, [bags.added('force', -60.0, 0.2)], ['--unit', 'force=-N'], 'force=-g'),
+        (HELD, [scaled('force', GRAM)], [], 'force=g'),
+        (HELD, [scaled('force', 1e3)], [], 'force=mN'),
+        (HELD, [scaled('force', -1.0)], [], 'force=-N'),
+        (HELD, [scaled('force', -GRAM)], [], 'force=-g'),
+    ],
+    ids=lambda value: value if isinstance(value, str) else '',
+)
+def test_the_unit_that_every_command_names_is_the_one_that_mends(made, refused, recorded, faults, options, told):
+    bag = made(*faults, **recorded)
+    line = refused(bag, *options)
+    assert re.search(rf'say (--unit \S+ or )?--unit {re.escape(told)}(?=[;, ]|$)', line), line
+    channels = options[:2] if '--channel' in options else []
+    assert main(['replay', str(bag), '--params', NOMINAL, *channels, '--unit', told]) == 0
+
+
+@pytest.mark.parametrize(
+    ('faults', 'options'),
+    [
+        ([bags.added('force', -0.05, 2e-3)], []),  # a load cell that hangs beside the weight
+        ([bags.without('load'), bags.added('force', -0.005, 2e-3)], []),
+        ([bags.added('ambient', 23.0, 0.05)], AMBIENT),
+        ([bags.added('ambient', 12.0, 0.05)], AMBIENT),  # a window is open
+    ],
+)
+def test_an_idle_load_cell_and_a_cold_room_are_not_refused(made, faults, options):
+    assert main(['replay', str(made(*faults)), '--params', NOMINAL, *options]) == 0
 
 
 def test_degrees_fahrenheit_are_seen_without_a_rest(made, refused):

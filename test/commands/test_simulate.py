@@ -1,6 +1,7 @@
 """``tcp_muscle simulate``: piece by piece, in bounded memory, with a word on what is not to be believed."""
 
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import threading
 import numpy as np
 import pytest
 
+from tcp_muscle_ros.commands import progress
 from tcp_muscle_ros.commands import simulate as command
 from tcp_muscle_ros.muscle import simulate
 from tcp_muscle_ros.recording.bag import read_bag
@@ -43,6 +45,17 @@ def run(tmp_path, capsys):
         return code, out + err
 
     return run
+
+
+def test_long_work_says_how_far_it_has_come(run, monkeypatch):
+    monkeypatch.setattr(command, '_PIECE', 100)
+    segments = '[{duration_s: 50, value: 0.2}]'
+    assert 'simulating' not in run(segments)[1]  # within two seconds
+    monkeypatch.setattr(progress, '_FIRST', 0.0)
+    monkeypatch.setattr(progress, '_BETWEEN', 0.0)
+    code, said = run(segments, '--force')
+    told = [int(far) for far in re.findall(r'^simulating: (\d+) of 50 s, \d+ s$', said, re.MULTILINE)]
+    assert code == 0 and told == [*range(5, 51, 5), 50]  # the end is a piece of one instant
 
 
 def test_pieces_are_the_whole_to_the_last_bit(run, tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 import doctest
 import importlib.util
+import re
 import subprocess
 import sys
 import types
@@ -55,6 +56,15 @@ def test_the_examples_of_the_python_page_run(monkeypatch):
     monkeypatch.chdir(ROOT)
     done = doctest.testfile(str(ROOT / 'docs' / 'python.md'), module_relative=False)
     assert done.attempted >= 10 and done.failed == 0
+
+
+def test_every_other_block_of_the_python_page_runs_too(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    blocks = re.findall(r'^```python\n(.*?)^```', (ROOT / 'docs' / 'python.md').read_text(), re.DOTALL | re.MULTILINE)
+    (opening,) = [block for block in blocks if not block.startswith('>>>')]
+    said: dict[str, object] = {}
+    exec(opening, said)
+    assert said['found'].verdict == 'missing_physics'
 
 
 def test_the_example_csv_is_what_its_command_makes(tmp_path, monkeypatch):

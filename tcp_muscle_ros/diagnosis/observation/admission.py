@@ -23,6 +23,7 @@ _STRETCH = 5.0  # times its length, which no load draws a coil to and leaves it 
 _OTHER_MUSCLE = 100.0  # times: so far, but no farther, is another muscle from the one assumed
 _ALIKE = 0.9  # correlation from which on a channel is the model's but for a factor
 _TWINKLES = 6.0  # standard deviations of a mean of samples, within which nothing moves
+_FIRST = 0.2  # of what a factor says, and five times that: another unit explains it
 _PARTS = 20  # of a recording, whose means are compared
 _STATE = 'or state that of this muscle in --params'
 
@@ -54,9 +55,10 @@ def _refuse_pull(recording: Recording, muscle: Parameters, load: float | None) -
         if stretch > _STRETCH:
             stated = name == 'load_n'
             taken = 'N' if stated else recording.unit(name)
-            shown = UNITS[taken.lstrip('-')].from_si(force)
+            shown = unit_of(taken.lstrip('-'), 'force', recording.path).from_si(force)
+            grams = '-g' if taken.startswith('-') else 'g'
             raw = f'state it in N, not g ({force:g} g are {UNITS["g"].to_si(force):.3g} N)'
-            mend = raw if stated else f'if it is recorded in g, say --unit {name}=g'
+            mend = raw if stated else f'if it is recorded in g, say --unit {name}={grams}'
             raise BadInput(
                 f'{recording.path}: {name} is about {shown:.4g} {taken}, which would draw this muscle (k0 = '
                 f'{muscle["k0"]:.4g} N/m) to {stretch:.0f} times its length: {mend}; {_STATE} (k0)'
@@ -80,10 +82,10 @@ def _refuse_resistance(recording: Recording, muscle: Parameters) -> None:
     )
 
 
-def refuse_other_scale(experiment: Experiment, muscle: Parameters) -> None:
+def refuse_other_scale(experiment: Experiment, muscle: Parameters, recording: Recording) -> None:
     """BadInput where a channel follows the model but for a factor that no other muscle explains: a unit is wrong.
 
-    Also where the model's answer is not finite.
+    Also where the model's answer is not finite. ``recording``: what the experiment was made of.
     """
     predicted = finite_prediction(experiment, muscle)
     factors = {}
@@ -100,20 +102,31 @@ def refuse_other_scale(experiment: Experiment, muscle: Parameters) -> None:
         if 1.0 / _OTHER_MUSCLE < factor < _OTHER_MUSCLE:
             continue
         kind = experiment.imposed.kind
-        common = all(0.1 < other / factor < 10.0 for other in factors.values())
-        suspect = kind if name == 'temperature' or (common and len(factors) > 1) else name
-        also = f' or {name}' if suspect == kind else f' or {kind}'
         more = f'{factor:.1e} times as much' if factor > 1.0 else f'{1.0 / factor:.1e} times less'
         raise BadInput(
-            f'{experiment.name}: {name} moves as this muscle would under this {kind}, but {more}: is {suspect}{also} '
-            f'in another unit (--unit {suspect}={_units(suspect)})? {_STATE[0].upper()}{_STATE[1:]}'
+            f'{experiment.name}: {name} moves as this muscle would under this {kind}, but {more}: '
+            f'{_other_unit(recording, kind, name, factor)}; {_STATE}'
         )
 
 
-def _units(name: str) -> str:
-    """The units that a channel may have, as a choice."""
+def _other_unit(recording: Recording, kind: str, name: str, factor: float) -> str:
+    """Which units of the input or of a channel would explain that the channel moves so many times as much."""
+    heat = factor if kind == 'power' else float(np.sqrt(factor))
+    found = [
+        f'if {each} is recorded in {unit}, say --unit {each}={unit}'
+        for each, ratio in ((kind, heat), (name, 1.0 / factor))
+        if each in recording
+        for unit in _larger(recording.unit(each), each, ratio)
+    ]
+    return ', or '.join(found) or f'check the units of {kind} and {name} (--unit NAME=UNIT)'
+
+
+def _larger(taken: str, name: str, ratio: float) -> list[str]:
+    """The units that are about so many times the one a channel was taken to be in."""
     quantity = UNITS[CHANNELS[name].unit].quantity
-    return '|'.join(unit.name for unit in UNITS.values() if unit.quantity == quantity)
+    sign, scale = '-' if taken.startswith('-') else '', abs(unit_of(taken, quantity, name).scale)
+    fitting = [u for u in UNITS.values() if u.quantity == quantity and _FIRST < u.scale / scale / ratio < 1.0 / _FIRST]
+    return [sign + unit.name for unit in fitting if sign + unit.name != taken]
 
 
 def finite_prediction(experiment: Experiment, muscle: Parameters) -> dict[str, Array]:

@@ -40,8 +40,8 @@ def _admit(recordings: Sequence[Recording], nominal: ParameterFile) -> None:
 def _experiments(recordings: Sequence[Recording], nominal: ParameterFile, most: int | None) -> list[Experiment]:
     given = conditions(nominal)
     experiments = [prepare(recording, nominal.parameters, given, most) for recording in recordings]
-    for experiment in experiments:
-        refuse_other_scale(experiment, nominal.parameters)
+    for experiment, recording in zip(experiments, recordings, strict=True):
+        refuse_other_scale(experiment, nominal.parameters, recording)
     return experiments
 
 
