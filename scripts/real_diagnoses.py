@@ -147,7 +147,7 @@ def paragraphs(outcome: Outcome) -> list[str]:
     ]
     if d.location is not None:
         where = d.location
-        drivers = ', '.join(f'{percent(x.share)} of it at {range_text(x)}' for x in where.drivers)
+        drivers = ', '.join(f'largest at {range_text(x)} ({percent(x.share)} of it)' for x in where.drivers)
         phases = ' and '.join(where.phases) or 'all phases'
         lines.append(
             f'* **Located**: {where.stage} stage, {where.channel}, {phases}; {drivers}; typically '

@@ -161,8 +161,8 @@ def _location(d: Diagnosis) -> str:
         said += f', in {" and ".join(where.phases)}'
     said += '.'
     if where.drivers:
-        shares = ', '.join(f'{percent(driver.share)} at {range_text(driver)}' for driver in where.drivers)
-        said += f' Of the misfit there: {shares}.'
+        largest = ', '.join(f'{range_text(driver)} ({percent(driver.share)} of it)' for driver in where.drivers)
+        said += f' The misfit is largest at {largest}.'
     if isfinite(where.size):
         said += f' The root mean square in these ranges is {error_text(where.channel, where.size)}.'
     return said

@@ -73,7 +73,7 @@ def _location(d: Diagnosis) -> list[str]:
     if d.location.phases:
         where += f', {" and ".join(d.location.phases)}'
     for driver in d.location.drivers:
-        longer = f'{where}; {percent(driver.share)} at {range_text(driver)}'
+        longer = f'{where}; largest at {range_text(driver)}'
         where = longer if len(longer) <= WIDTH else where
     return [where]
 

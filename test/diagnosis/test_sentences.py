@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from diagnosis.made import TRUE, experiment
+from diagnosis.made import TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.conclusions import would_help
 from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, Value
@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.search.location import locate
+from tcp_muscle_ros.muscle import simulate
 
 FINDING = Finding('creep', 'mechanical', '', '', {'creep.J': Value(0.3, 0.2, 0.4, '1')}, 0.9, (), {}, 100.0)
 
@@ -25,6 +26,27 @@ def located(*shifts):
     smooth = [np.full_like(run.observed['temperature'].time, shift) for run, shift in zip(runs, shifts, strict=True)]
     structure = Structure(Noise(0.2), 1.0, 100.0, 1, tuple(smooth), True)
     return locate(fitted, {'temperature': structure}, 'temperature')
+
+
+@pytest.mark.parametrize('hot', [True, False])
+def test_the_headline_points_to_where_the_misfit_is_largest_and_not_to_where_the_time_was_spent(hot):
+    """0.5 K are missed in 5 s in which the muscle is hottest (or hardly warm), 0.1 K in 205 s else: in sum, more."""
+    drive = np.where(TIME < 5.0, 0.0, np.where(TIME < 25.0, 0.27, 0.05))
+    run = experiment(('temperature',), drive=drive, muscle=TRUE)
+    at = run.observed['temperature']
+    warm = np.interp(TIME, TIME, simulate(TRUE, TIME, drive).fibre_temperature)
+    there = (TIME > 20.0) & (TIME < 25.0) if hot else (TIME > 7.0) & (TIME < 12.0)
+    missed = np.where(there, 0.5, 0.1)
+    assert np.sum(missed[there] ** 2) < np.sum(missed[~there] ** 2)
+    at.value[:] += missed
+    fitted = fit(Problem((run,), TRUE, (), quick_noise([run])), np.zeros(0), rounds=0)
+    place = locate(fitted, {'temperature': Structure(Noise(0.2), 1.0, 100.0, 1, (missed,), True)}, 'temperature')
+    (range_,) = place.drivers
+    inside = (warm >= range_.low) & (warm <= range_.high)
+    assert np.mean(inside[there]) > 0.6 and np.mean(inside[~there]) < 0.2
+    assert range_.share == pytest.approx(np.sum(missed[inside] ** 2) / np.sum(missed**2), rel=0.05)
+    assert place.phases == ('heating',)
+    assert 'while heating, the recorded temperature is on average 0.' in told(place)
 
 
 def told(location, **more):

@@ -58,7 +58,8 @@ def where(location: Location) -> str:
     """The place of the misfit as the beginning of a sentence."""
     driver = location.drivers[0]
     low, high = driver.low - ZERO_CELSIUS, driver.high - ZERO_CELSIUS
-    place = f'Between {low:.0f} and {high:.0f} degC'
+    decimals = 0 if f'{low:.0f}' != f'{high:.0f}' else 1
+    place = f'Between {low:.{decimals}f} and {high:.{decimals}f} degC'
     phase = [p for p in location.phases if p != 'transition']
     doing = {'heating': 'while heating', 'cooling': 'while cooling', 'rest': 'at rest'}
     if phase and len(phase) < 3:

@@ -14,13 +14,16 @@ _TRANSITION = 2.0  # s after a switch
 _STEADY = 0.02  # of the largest rate: slower is rest
 _WINDOW = 10.0  # s
 _MOST_INTERVALS = 3
+_BINS = 20  # of a variable's range
+_SPARSE = 0.25  # of the samples that a bin has on average: fewer tell little of its misfit
+_SOME, _NEARLY = 0.1, 0.5  # of the misfit's energy that a phase holds; of the largest mean square of a phase
 _MOSTLY = 0.5  # of a misfit's size: a mean that is smaller says little of it
 _SURE = 3.0  # standard deviations of the mean of so much noise
 
 
 @dataclass(frozen=True)
 class Driver:
-    """A range of a variable in which the misfit lives, and its share of the misfit (0 to 1). SI."""
+    """The range of a variable in which the misfit is largest, and the share (0 to 1) of the whole that is in it. SI."""
 
     variable: str
     low: float
@@ -75,7 +78,10 @@ def worst_channel(found: Mapping[str, Structure]) -> str | None:
 
 
 def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str | None = None) -> Location:
-    """Say where one channel's misfit lives, by phase, temperature and time."""
+    """Say where one channel's misfit is largest, by phase, temperature and time.
+
+    Largest in noise units, not where most of its sum is: that is where the muscle was for long.
+    """
     problem = fitted.problem
     owners = [k for k, e in enumerate(problem.experiments) if channel in e.observed]
     smooth = found[channel].fitted
@@ -121,31 +127,35 @@ def _phases(seen: Sequence[Drivers]) -> dict[str, Mask]:
 
 
 def _strong_phases(phases: Mapping[str, Mask], energy: Array) -> tuple[str, ...]:
-    """Phases in which the misfit is denser than on average, or that hold most of it."""
-    total = max(float(energy.sum()), 1e-300)
-    mean = total / energy.size
-    picked = [
-        name
+    """Phases in which the mean square misfit is half the largest at least, of those that hold a tenth of it."""
+    total = float(energy.sum())
+    sizes = {
+        name: float(energy[mask].mean())
         for name, mask in phases.items()
-        if mask.any() and (float(energy[mask].mean()) > 1.3 * mean or float(energy[mask].sum()) > 0.6 * total)
-        if float(energy[mask].sum()) > 0.1 * total
-    ]
-    return tuple(picked)
+        if mask.any() and float(energy[mask].sum()) > _SOME * total
+    }
+    return tuple(name for name, size in sizes.items() if size > _NEARLY * max(sizes.values()))
 
 
 def _narrowest(variable: Array, energy: Array, wanted: float) -> tuple[float, float, float]:
-    """The narrowest range of a variable that holds ``wanted`` of the energy, over 20 equal bins."""
-    edges = np.linspace(float(variable.min()), float(variable.max()), 21)
+    """The narrowest range around the largest mean square misfit, over 20 equal bins, that has ``wanted`` of the sum of
+    the bins' mean squares: low, high, and the share of all energy in it."""
+    edges = np.linspace(float(variable.min()), float(variable.max()), _BINS + 1)
     if edges[0] == edges[-1]:
         return float(edges[0]), float(edges[-1]), 1.0
     held, _ = np.histogram(variable, edges, weights=energy)
-    total = max(float(held.sum()), 1e-300)
-    sums = np.concatenate([[0.0], np.cumsum(held)]) / total
-    for width in range(1, 21):
-        shares = sums[width:] - sums[:-width]
-        best = int(np.argmax(shares))
-        if shares[best] >= wanted:
-            return float(edges[best]), float(edges[best + width]), float(shares[best])
+    count, _ = np.histogram(variable, edges)
+    # Of few samples the mean is not sure.
+    mean_square = held / np.maximum(count, _SPARSE * variable.size / _BINS)
+    sums, all_energy = (np.concatenate([[0.0], np.cumsum(part)]) for part in (mean_square, held))
+    peak = int(np.argmax(mean_square))
+    for width in range(1, _BINS + 1):
+        first = np.arange(max(peak - width + 1, 0), min(peak, _BINS - width) + 1)
+        best = int(first[np.argmax(sums[first + width] - sums[first])])
+        last = best + width
+        if sums[last] - sums[best] >= wanted * sums[-1]:
+            share = (all_energy[last] - all_energy[best]) / max(float(all_energy[-1]), 1e-300)
+            return float(edges[best]), float(edges[last]), float(share)
     return float(edges[0]), float(edges[-1]), 1.0
 
 
