@@ -2,7 +2,7 @@
 
     python benchmarks/bags.py [--seconds 3600]      # six topics at 100 Hz: 2.2 million messages
 
-Reading: every message becomes numbers in arrays. The floor reads the file. Writing: the arrays become a bag; the floor
+Reading: every message becomes numbers in arrays. The least work reads the file. Writing: the arrays become a bag; the least work
 writes as many bytes. The bag of `write_recording` is the one that is read; what each reader found is compared.
 """
 
@@ -111,7 +111,7 @@ def main() -> None:
         content = file.read_bytes()
         writing = in_turns(
             [
-                Contender('floor: as many bytes written', lambda: fresh().write_bytes(content), repeats=3),
+                Contender('least: as many bytes written', lambda: fresh().write_bytes(content), repeats=3),
                 Contender('ours: `write_recording`', lambda: write_recording(fresh(), recording), repeats=3),
                 Contender("rosbags' writer", lambda: write_with_rosbags(fresh(), recording), repeats=1),
             ],
@@ -119,7 +119,7 @@ def main() -> None:
         )
         reading = in_turns(
             [
-                Contender('floor: the file read', file.read_bytes, repeats=3),
+                Contender('least: the file read', file.read_bytes, repeats=3),
                 Contender('ours: `read_bag`', lambda: ours(bag), repeats=3),
                 Contender("rosbags' reader", lambda: with_rosbags(bag), repeats=1),
                 Contender(

@@ -73,7 +73,7 @@ def main() -> None:
     within = sum(one <= CLOSE for one in found) / len(found)
     rows = [
         (name, f'{share_:.1%}', *(f'{1e3 * of[key]:.2f}' for key in ('p50', 'p99', 'max')))
-        for name, share_, of in (('floor: a loop that sleeps', within, floor), ('ours: tcp_muscle run', share, late))
+        for name, share_, of in (('least: a loop that sleeps', within, floor), ('ours: tcp_muscle run', share, late))
     ]
     title = f'Commands of tcp_muscle run at {RATE:g} Hz, in the same {given.duration:g} s as a bare loop'
     load = ' '.join(f'{one:.1f}' for one in os.getloadavg())

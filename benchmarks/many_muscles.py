@@ -3,7 +3,7 @@
     python benchmarks/many_muscles.py
 
 Steps of 10 ms. Together as arrays (`Muscles.advance`), together with a Reading for each (`Muscles.step`, as sim_node
-calls it), and one `Muscle.step` after the other. The floor is one read and one write of the rows of outputs.
+calls it), and one `Muscle.step` after the other. The least work is one read and one write of the rows of outputs.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ STEPS = 40_960  # muscle-steps a turn
 
 
 def contenders(model: Parameters, count: int) -> list[Contender]:
-    """The floor and three ways to step so many muscles; every run is STEPS muscle-steps."""
+    """The least work and three ways to step so many muscles; every run is STEPS muscle-steps."""
     ticks = max(1, STEPS // count)
     currents = np.linspace(0.1, 0.25, count)
     arrays, readings = (Muscles([Muscle(model, load=0.5) for _ in range(count)]) for _ in range(2))
@@ -44,7 +44,7 @@ def contenders(model: Parameters, count: int) -> list[Contender]:
                 muscle.step(PERIOD, current)
 
     return [
-        Contender('floor: rows read and written', copy),
+        Contender('least: rows read and written', copy),
         Contender('ours: together, arrays', as_arrays),
         Contender('ours: together, readings', as_readings),
         Contender('one Python object each', one_by_one, repeats=3),

@@ -243,7 +243,7 @@ def main() -> None:
         for current, kind, share in ((recorded, 'as recorded, a new current every sample', 0.005), (bare, 'bare', 1.0)):
             few = current[: max(1, round(n * share))]
             rows = [
-                Contender('floor: 13 arrays read and written', lambda c=current: copied(c)),
+                Contender('least: 13 arrays read and written', lambda c=current: copied(c)),
                 Contender(
                     f'C loop by hand, {compiler} -O3', c_loop(library, name, model, current), reason=compiler
                 ),
@@ -261,7 +261,7 @@ def main() -> None:
                 [
                     (
                         row.name, f'{1e9 * row.seconds / n:.0f}', f'{row.seconds / base.seconds:.2f}',
-                        '' if 'floor' in row.name
+                        '' if 'least' in row.name
                         else f'{np.max(np.abs(row.result - base.result[: row.result.size])):.0e}',
                     )
                     for row in measured

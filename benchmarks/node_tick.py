@@ -2,7 +2,7 @@
 
     python benchmarks/node_tick.py
 
-One muscle in this process, ticks back to back without waiting, nobody subscribed. The floor publishes the same seven
+One muscle in this process, ticks back to back without waiting, nobody subscribed. The least work publishes the same seven
 messages unchanged, as objects and as bytes; the parts are called by themselves, so that they need not add up.
 """
 
@@ -34,7 +34,7 @@ def main() -> None:
     stamp = node.time_base.now()
     reading = muscle.muscle.reading(0.0)
     parts = {
-        'floor: seven messages published': lambda: [publisher.publish(message) for publisher, message in pairs],
+        'least: seven messages published': lambda: [publisher.publish(message) for publisher, message in pairs],
         'the same, serialised ahead': lambda: [publisher.publish(message) for publisher, message in serialized],
         'ours: a whole tick': lambda: node._tick(stamp, PERIOD, True),
         'of it: numbers written and messages published': lambda: node._publish(stamp),
@@ -53,7 +53,7 @@ def main() -> None:
     measured = in_turns([Contender(name, repeated(part)) for name, part in parts.items()])
     floor = measured[0].seconds
     show(
-        'Processor time of one tick of sim_node', ('', 'us', 'over the floor'),
+        'Processor time of one tick of sim_node', ('', 'us', 'over the least'),
         [(row.name, f'{1e6 * row.seconds / TICKS:.1f}', f'{row.seconds / floor:.2f}') for row in measured],
     )  # fmt: skip
     rclpy.shutdown()

@@ -2,7 +2,7 @@
 
     python benchmarks/tick.py
 
-The tick as sim_node makes it, a `Reading` included; the floor is a compiled call that does nothing with as many arrays.
+The tick as sim_node makes it, a `Reading` included; the least work is a compiled call that does nothing with as many arrays.
 The controller's period is feed-forward through the inverse, the observer, and the model rolled out over the period.
 """
 
@@ -43,7 +43,7 @@ def main() -> None:
         (
             'One tick of one muscle from Python (aim: 5 us)',
             (
-                ('floor: an empty compiled call', lambda: nothing(x, u, p, on, q, scratch, 0.01, y)),
+                ('least: an empty compiled call', lambda: nothing(x, u, p, on, q, scratch, 0.01, y)),
                 ("ours: `Muscle.step`, the paper's model", lambda: muscles[PAPER].step(0.01, 0.2)),
                 ('ours: `Muscle.step`, five effects', lambda: muscles[FIVE].step(0.01, 0.2)),
             ),

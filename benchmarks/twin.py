@@ -166,11 +166,11 @@ def main() -> None:
         found = cost(given.duration)
         rows = [
             (name, f'{rate:.1f}', f'{used:.1%}', f'{used / found[0][0]:.2f}')
-            for name, (used, rate) in zip(('floor: bare loop', 'ours: twin_node'), found, strict=True)
+            for name, (used, rate) in zip(('least: bare loop', 'ours: twin_node'), found, strict=True)
         ]
         title = f'twin_node beside a bare loop, both in the same {given.duration:g} s at {RATE:g} Hz'
-        columns = ('', 'ticks a second', 'of a core', 'over floor')
-        show(f'{title}, {len(TOPICS)} messages a tick (aim: CPU 2.5 of the floor)', columns, rows)
+        columns = ('', 'ticks a second', 'of a core', 'over least')
+        show(f'{title}, {len(TOPICS)} messages a tick (aim: CPU 2.5 times the least)', columns, rows)
     if given.hours:
         with tempfile.TemporaryDirectory() as folder:
             memory, alarms = day(given.hours, folder)

@@ -183,8 +183,8 @@ def other_findings() -> list[Row]:
         ('text', 'left after 45 s of cooling from 0.27 A', left),
         ('text', 'height of a turn at 80 °C, 30 g', f'{1e3 * turn:.3f} mm'),
         ('text', 'turns of 0.30 mm touch, 30 g, at', f'{contact(0.30e-3):.1f} °C'),
-        ('text', 'stroke at 0.18 A over stroke at 0.27 A, 30 g', f'{100 * weak / full:.0f} %'),
-        ('text', 'stroke at 0.27 A, 30 g, over the loaded length', f'{100 * full / loaded:.0f} %'),
+        ('text', 'contraction at 0.18 A over that at 0.27 A, 30 g', f'{100 * weak / full:.0f} %'),
+        ('text', 'contraction at 0.27 A, 30 g, over the loaded length', f'{100 * full / loaded:.0f} %'),
     ]
 
 
