@@ -40,7 +40,7 @@ def main() -> None:
                 )
             )  # fmt: skip
     columns = ('', 'ticks in time', 'late p50, us', 'p99, us', 'of a core', 'over least', 'memory, MB')
-    show(f'Many muscles at {RATE:g} Hz, {given.duration:g} s each (aim: CPU 1.3 times the least)', columns, rows)
+    show(f'Many muscles at {RATE:g} Hz, {given.duration:g} s each (aim: CPU 1.3 of the least)', columns, rows)
 
 
 if __name__ == '__main__':

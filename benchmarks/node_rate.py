@@ -34,7 +34,7 @@ def main() -> None:
                 )
             )  # fmt: skip
     columns = ('', 'ticks in time', 'late p50, us', 'p99, us', 'over least', 'of a core', 'over least')
-    show(f'sim_node beside a bare loop, {given.duration:g} s each (aims: p99 1.5, CPU 1.3 times the least)', columns, rows)
+    show(f'sim_node beside a bare loop, {given.duration:g} s each (aims: p99 1.5, CPU 1.3 of the least)', columns, rows)
 
 
 if __name__ == '__main__':

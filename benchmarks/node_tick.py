@@ -2,8 +2,8 @@
 
     python benchmarks/node_tick.py
 
-One muscle in this process, ticks back to back without waiting, nobody subscribed. The least work publishes the same seven
-messages unchanged, as objects and as bytes; the parts are called by themselves, so that they need not add up.
+One muscle in this process, ticks back to back without waiting, nobody subscribed. The least work publishes the same
+seven messages unchanged, as objects and as bytes; the parts are called by themselves, so that they need not add up.
 """
 
 import os

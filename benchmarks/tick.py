@@ -2,8 +2,8 @@
 
     python benchmarks/tick.py
 
-The tick as sim_node makes it, a `Reading` included; the least work is a compiled call that does nothing with as many arrays.
-The controller's period is feed-forward through the inverse, the observer, and the model rolled out over the period.
+The tick as sim_node makes it, a `Reading` included; the least work is a compiled call that does nothing with as many
+arrays. The controller's period is feed-forward through the inverse, the observer, and the model over the period.
 """
 
 import numba

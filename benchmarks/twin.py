@@ -170,7 +170,7 @@ def main() -> None:
         ]
         title = f'twin_node beside a bare loop, both in the same {given.duration:g} s at {RATE:g} Hz'
         columns = ('', 'ticks a second', 'of a core', 'over least')
-        show(f'{title}, {len(TOPICS)} messages a tick (aim: CPU 2.5 times the least)', columns, rows)
+        show(f'{title}, {len(TOPICS)} messages a tick (aim: CPU 2.5 of the least)', columns, rows)
     if given.hours:
         with tempfile.TemporaryDirectory() as folder:
             memory, alarms = day(given.hours, folder)

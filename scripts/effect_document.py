@@ -28,15 +28,15 @@ The same names and parameters hold in `sim_node`, `tcp_muscle simulate`, `replay
 amplitude (**bold**) that fades it out without a jump; at the value given there it is the resolved model. Values marked
 *estimated* come from the geometry and material of this muscle, not from a measurement of it.
 
-*Contraction* is how much shorter the muscle is than at the start (topic `displacement`), *stroke* how far it contracts in
-a heating, *elongation* how much longer it is.
+*Contraction* is how much shorter the muscle is than at the start (topic `displacement`), *stroke* how far it contracts
+in a heating, *elongation* how much longer it is.
 
 The figures show what an effect, at its default values, adds to the resolved model under the paper's protocol (25 s
 on, 45 s off at 0.27 A, three cycles, set A): the channels as the sensors show them, resistance while current flows.
 Axes reach at least the noise of a good rig (0.2 K, 0.02 ohm, 0.05 mm). Nothing is fitted in them: a change of hA, k0
-or a_R would absorb part of most effects. The last panel is the loop: by how much the contraction lies above the resolved
-model's at the temperature shown, orange while it rises and blue while it falls. elastocaloric and inertia show load
-steps from 30 g.
+or a_R would absorb part of most effects. The last panel is the loop: by how much the contraction lies above the
+resolved model's at the temperature shown, orange while it rises and blue while it falls. elastocaloric and inertia show
+load steps from 30 g.
 
 **What looks alike.** Recordings of the paper's protocol hardly separate these groups: heat_capacity, latent_heat (and
 the first cycle of moisture); natural_convection, radiation, exposed_area; load_stroke and thermocouple_gain;

@@ -156,7 +156,7 @@ def _location(d: Diagnosis) -> str:
     if d.location is None:
         return ''
     where = d.location
-    said = f'{where.stage[0].upper()}{where.stage[1:]} stage; it shows most in the {where.channel}'
+    said = f'{where.stage[0].upper()}{where.stage[1:]} stage; the error is largest in the {where.channel}'
     if where.phases:
         said += f', in {" and ".join(where.phases)}'
     said += '.'

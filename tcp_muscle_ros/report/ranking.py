@@ -1,11 +1,11 @@
-"""The ranking of the candidates in words: what was found, what explains as much, what a part, what is far behind."""
+"""The ranking of the candidates in words: what was found, what explains as much, what a part, what little."""
 
 from collections.abc import Sequence
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Ranked
 from tcp_muscle_ros.report.words import percent, plain
 
-_PART = 0.2  # of what the best explains: less is far behind
+_PART = 0.2  # of what the best explains: less is little
 _NAMED = 6  # of each kind
 
 
@@ -24,10 +24,13 @@ def ranking_words(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     part = [r for r in rest if r.gain >= _PART * best]
     behind = [r for r in rest if r.gain < _PART * best]
     said = [
-        ('Found', ', '.join(map(plain, found)) or 'nothing: no effect explains enough, and holds on unseen data'),
+        (
+            'Found',
+            ', '.join(map(plain, found)) or 'nothing: no effect explains enough and predicts unseen data better, too',
+        ),
         ('Explains as much', ', '.join(map(plain, dict.fromkeys(rivals))) or 'nothing else'),
         ('Explains a part of it alone', _shares(part, best) or 'nothing else'),
-        ('Far behind', _shares(behind, best)),
+        ('Explains little', _shares(behind, best)),
     ]
     if not found:
         del said[1]

@@ -5,7 +5,7 @@ _CHECKS = {
     'resistance_strain': 'Pull the cold muscle by hand and watch the resistance: it must follow the length without any '
     'heat. If it jumps, look at the crimps instead.',
     'contact_shorting': 'Look whether coils touch when the muscle is fully contracted. Hang a heavier weight, so that '
-    'they part: the loss of resistance must go.',
+    'they part: the resistance must then no longer fall.',
     'contact_resistance': 'Measure the resistance with four wires, at the muscle and at the clamps: the difference is '
     'that of the clamps. Tighten or clean them and record again.',
     'tcr_curvature': 'Put the unloaded muscle in an oven or a water bath at three temperatures and read the resistance '
@@ -25,14 +25,14 @@ _CHECKS = {
     'current: its temperature must dip.',
     'exposed_area': 'Compare holds at the same power under a light and a heavy weight: the stretched muscle must be '
     'cooler.',
-    'heat_capacity': 'Swing the current a little about three mean temperatures: the size of the temperature swing is '
+    'heat_capacity': 'Vary the current a little about three mean temperatures: how far the temperature varies gives '
     'the heat capacity there. A scan of the fibre (DSC) shows the same.',
     'latent_heat': 'A scan of the fibre (DSC) shows a peak, if there is one. None is known of nylon below 120 degC: '
     'suspect the heat capacity, or water, first.',
     'moisture': 'Dry the muscle (an hour at 80 degC, or a night over silica gel) and record again at once: the effect '
     'must be gone, and come back in humid air.',
-    'two_node': 'Switch the current off and watch thermometer and stroke: if the stroke is later than the thermometer, '
-    'the core is later than the surface. First rule out a thermometer that is late.',
+    'two_node': 'Switch the current off and watch thermometer and stroke: if the stroke lags behind the thermometer, '
+    'the core lags behind the surface. First rule out a thermometer that lags.',
     'end_conduction': 'Touch the clamps: are they warm? Put a heat insulator between muscle and clamp, or use a longer '
     'muscle: the effect must shrink.',
     'elastocaloric': 'Change the weight quickly at no current: the temperature must jump up with the load, and down '
@@ -55,8 +55,8 @@ _CHECKS = {
     'temperature must change there.',
     'coil_contact': 'Look whether coils touch when the muscle is fully contracted. Hang a heavier weight: the end of '
     'the stroke must come later.',
-    'slack': 'Is the cold muscle straight under this weight? Hang a heavier one: the dead part at the beginning must '
-    'be gone.',
+    'slack': 'Is the cold muscle straight under this weight? Hang a heavier one: the part without motion at the '
+    'beginning must be gone.',
     'first_cycle': 'Record five equal cycles after the muscle has rested for a day: only the first may differ.',
     'fatigue': 'Compare the stroke of the first and the last cycle at the same temperature; then let the muscle rest '
     'for a night. If the stroke comes back, it was creep.',
@@ -74,22 +74,22 @@ _CHECKS = {
     'first heating.',
     'displacement_drift': 'Point the laser or the camera at something that does not move, and record for as long: the '
     'drift must be there. A warm stand or a loose clamp does the same.',
-    'displacement_offset': 'Read the sensor at rest under the starting load: that is the zero of the contraction.',
+    'displacement_offset': 'Read the sensor at rest under the starting load: that is the zero of the stroke.',
     'clock_skew': 'Tap the weight with the hot wire of the thermometer, or switch a lamp that both see: the time '
     'between the two stamps is the delay.',
     'current_gain': 'Put a good ammeter in series at three currents, zero among them.',
     'stick_slip': 'Turn pulleys and guides by hand and listen: does the weight move in jerks? Let it hang freely: the '
     'jerks must be gone.',
     'free_conductance': 'Hold four currents until nothing changes: power over warming is the curve that is shown.',
-    'free_capacity': 'Swing the current a little about four mean temperatures: the size of the temperature swing is '
+    'free_capacity': 'Vary the current a little about four mean temperatures: how far the temperature varies gives '
     'the curve that is shown.',
     'free_resistance': 'Read the resistance at a small current at four temperatures, in an oven or a water bath.',
     'free_stroke': 'Warm slowly under this weight, by less than 1 K/s, and read the stroke over temperature: it is the '
     'curve that is shown.',
     'free_stiffness': 'Change the weight in small steps, cold and warm, and read the length: it is the curve that is '
     'shown.',
-    'free_slow_state': 'Repeat the recording after a night of rest, and once more at once: what is slow must have been '
-    'forgotten in the first, and not in the second.',
+    'free_slow_state': 'Repeat the recording after a night of rest, and once more at once: in the first the slow part '
+    'must be back where it began, in the second not yet.',
     'free_delay': 'Switch a lamp that the sensor sees, or short the sensor, and compare the stamps: is it late by '
     "itself? If not, the delay is the muscle's.",
 }  # fmt: skip

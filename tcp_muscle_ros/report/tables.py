@@ -61,9 +61,8 @@ def _row(e: Estimate) -> list[str]:
     name = e.name if e.recording is None else f'{e.name} [{e.recording + 1}]'
     unit = 'degC' if e.unit == 'K' else e.unit
     if not e.fixed:
-        why = (
-            f'not fixed by the data{f" (trades against {e.partner})" if e.partner else ""}; kept near its nominal value'
-        )
+        alone = f' (only together with {e.partner})' if e.partner else ''
+        why = f'not fixed by the data{alone}; kept near its nominal value'
         return [name, f'{_edge(e, e.nominal):.4g}', '-', '-', unit, why]
     remark = 'at its bound' if e.at_bound else ''
     interval = f'{_edge(e, e.low):.5g} to {_edge(e, e.high):.5g}'

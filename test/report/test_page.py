@@ -72,7 +72,7 @@ def test_the_ranking_is_in_words(made):
         ('Found', 'creep'),
         ('Explains as much', 'nothing else'),
         ('Explains a part of it alone', 'viscous flow (45 %), hysteresis (37 %), branch cte (24 %)'),
-        ('Far behind', 'cte kink (5 %), thermocouple lag (2 %), natural convection (0 %), radiation (0 %)'),
+        ('Explains little', 'cte kink (5 %), thermocouple lag (2 %), natural convection (0 %), radiation (0 %)'),
     ]
     assert ('Explains as much', 'radiation') in ranking_words(made['convection_or_radiation'][0])
     assert ranking_words(made['match'][0]) == []

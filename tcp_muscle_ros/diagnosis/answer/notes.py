@@ -29,7 +29,7 @@ def on_slips(selection: Selection) -> tuple[str, ...]:
         each += [f'{e.name} at {", ".join(said)}'] if said else []
     if not each:
         return ()
-    what = 'the end slipped suddenly' if selection.leapt is None else 'a reading changed suddenly and for good'
+    what = 'the end slipped suddenly' if selection.leapt is None else 'a reading changed suddenly and stayed changed'
     better = 'has their mean rate' if selection.leapt is None else 'does not contain them'
     return (
         f'{what}: {"; ".join(each)}; no model predicts these instants, so they are taken from the recordings, also '
@@ -41,8 +41,12 @@ def on_leads(selection: Selection) -> tuple[str, ...]:
     """Which effects came nearest, where they explain too little to be named."""
     if not selection.leads:
         return ()
-    names = ' and '.join(words(name) for name in selection.leads)
-    return (f'{names} comes nearest to what is unexplained, but leaves more of it than it explains: it is not named',)
+    names, one = ' and '.join(words(name) for name in selection.leads), len(selection.leads) == 1
+    comes, leaves, it, is_ = ('comes', 'leaves', 'it', 'is') if one else ('come', 'leave', 'they', 'are')
+    return (
+        f'{names} {comes} nearest to what is unexplained, but {leaves} more of it than {it} explain{"s" * one}: '
+        f'{it} {is_} not named',
+    )
 
 
 def on_bent_form(selection: Selection) -> tuple[str, ...]:
@@ -65,7 +69,7 @@ def on_draught(selection: Selection) -> tuple[str, ...]:
     varied = max(draught.strength(selection.followed))
     return (
         f'the draught came and went: beside one gust in each recording the loss of heat varied by '
-        f'{100.0 * varied:.0f} % (root mean square); improved.yaml has the muscle in air that moves as in the mean',
+        f'{100.0 * varied:.0f} % (root mean square); improved.yaml has the muscle in air that moves as on average',
     )
 
 
@@ -99,8 +103,8 @@ def on_rests(fitted: Fit) -> tuple[str, ...]:
                 f'{high}; their instants are chance, so no model predicts them (effect: stick_slip)'
             )
         said += [
-            f'{label}: the {quantity(channel)} ends flat while the simulation goes on: a stop, such as coils in '
-            f'contact, a rail or a string'
+            f'{label}: the {quantity(channel)} stops changing while the simulation goes on: a mechanical stop, such as '
+            f'coils in contact, a rail or a string'
             for label, s in mine
             if s.kind == STOP
         ]
