@@ -3,7 +3,7 @@
     python benchmarks/bags.py [--seconds 3600]      # six topics at 100 Hz: 2.2 million messages
 
 Reading: every message becomes numbers in arrays. The least work reads the file. Writing: the arrays become a bag; the
-least work writes as many bytes. The bag of `write_recording` is the one that is read; what each reader found is compared.
+least work writes as many bytes. The bag of `write_recording` is read; what each reader found is compared.
 """
 
 import argparse
