@@ -96,7 +96,7 @@ setup(
         'bench': pinned('bench.txt'),
         'cluster': ['distributed>=2024.1'],
         'hardware': ['pyserial>=3.5'],
-        'labs': ['pandas>=2.1', 'openpyxl>=3.1', 'pyarrow>=15.0'],
+        'labs': ['pandas>=2.1', 'openpyxl>=3.1', 'pyarrow>=15.0', 'threadpoolctl>=3.1'],
         'mujoco': ['mujoco>=3.2; python_version >= "3.11"'],
         'test': ['pytest', 'hypothesis', 'psutil', 'jsonschema'],
     },

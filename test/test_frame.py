@@ -56,7 +56,7 @@ WITHOUT_KEY = [('mcap', 'mcap'), ('lz4', 'lz4'), ('zstandard', 'zstandard')]
 OPTIONAL_DEPENDENCIES = {
     'cluster': {'distributed'},
     'hardware': {'serial'},
-    'labs': {'openpyxl', 'pandas', 'pyarrow'},
+    'labs': {'openpyxl', 'pandas', 'pyarrow', 'threadpoolctl'},
     'mujoco': {'mujoco'},
 }
 CALLED_OTHERWISE = {'pyserial': 'serial'}  # what pip calls it -> what Python imports

@@ -14,6 +14,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.interface.results import Calibrated, Diagnosed, Picture
 from tcp_muscle_ros.interface.sources import Source, recording_of
 from tcp_muscle_ros.interface.wording import in_python
+from tcp_muscle_ros.process.threads import with_one_of_linear_algebra
 from tcp_muscle_ros.recording.frames import to_frame
 from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
@@ -66,7 +67,7 @@ def calibrate(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple
     from tcp_muscle_ros.commands.progress import Progress
 
     nominal = _parameters(params)
-    with Progress('calibrating') as progress:
+    with Progress('calibrating') as progress, with_one_of_linear_algebra():
         found = calibrated(_all(recordings), nominal, separate, MOST, progress.beat)
     return Calibrated(found, nominal.operating)
 
@@ -89,7 +90,7 @@ def diagnose(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple[
 
     refuse_unknown(separate)
     nominal = _parameters(params)
-    with Progress('diagnosing') as progress:
+    with Progress('diagnosing') as progress, with_one_of_linear_algebra():
         found, experiments = diagnosed(_all(recordings), nominal, progress, separate)
     return Diagnosed(found, tuple(experiments), nominal.operating)
 
