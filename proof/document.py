@@ -43,10 +43,10 @@ INTRODUCTION = """\
 The recordings are made by a separate generator (`proof/truth/`). It shares neither the form of the equations nor code
 with the package. For example it has relays where the catalogue has a play operator, a correlation with the Rayleigh
 number where it has a power law, and five shells where it has two nodes. The base parameters differ from the nominal
-ones, the noise is coloured, the time stamps jitter, and samples are lost and quantised.
+ones, the noise is coloured, the time stamps are irregular, and samples are lost and quantised.
 
 A *null* is a muscle without missing physics. A *decoy* has a fault of a sensor, coloured noise or wrong parameters, and
-no missing physics. An *unlisted* effect is not in the catalogue. The *sealed* suite is kept apart from all tuning: the
+no missing physics. An *unlisted* effect is not in the catalogue. The *sealed* suite is used for no tuning: the
 SHA-256 of its labels is printed and logged (`proof/sealed_runs.jsonl`) before anything is diagnosed. The diagnosis is
 tuned on the suites `development` and `varied`, which have other seeds and the other two of three forms of each effect.
 

@@ -21,14 +21,16 @@ def add_bag_arguments(parser: argparse.ArgumentParser) -> None:
         action='append',
         default=[],
         metavar='NAME=TOPIC[.FIELD]',
-        help='take a channel from any numeric field of any topic, e.g. displacement=/laser/range.range (repeatable)',
+        help='take a channel (temperature, resistance, current ...) from any numeric field of any topic, e.g. '
+        'displacement=/laser/range.range (repeatable)',
     )
     parser.add_argument(
         '--unit',
         action='append',
         default=[],
         metavar='NAME=UNIT',
-        help='the unit a channel was recorded in, e.g. displacement=mm or temperature=degF (repeatable)',
+        help='the unit in which a channel was recorded, e.g. displacement=mm or temperature=degF; a minus turns the '
+        'sign, as in displacement=-mm (repeatable)',
     )
 
 

@@ -72,7 +72,7 @@ def add_separate_argument(parser: argparse.ArgumentParser) -> None:
         action='append',
         default=[],
         metavar='NAME',
-        help='a parameter that is fitted to each recording, e.g. B if every run has another specimen (repeatable)',
+        help='a parameter that is fitted to each recording alone, e.g. B for runs of several specimens (repeatable)',
     )
 
 

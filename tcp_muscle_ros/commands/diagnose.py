@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_bag_arguments(parser)
     many = parser.add_argument_group('many runs')
     many.add_argument('--manifest', metavar='RUNS.yaml', help='diagnose each run of this list, into DIR/NAME')
-    many.add_argument('--jobs', type=int, metavar='N', help='number of parallel processes (one for each core)')
+    many.add_argument('--jobs', type=int, metavar='N', help='number of parallel processes (default: one for each core)')
     many.add_argument('--scheduler', metavar='HOST:PORT', help='run on the workers of this dask scheduler instead')
 
 

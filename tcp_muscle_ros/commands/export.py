@@ -13,8 +13,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``export``."""
     parser.add_argument('bag', metavar='BAG', help='the recording')
     kind = parser.add_mutually_exclusive_group(required=True)
-    kind.add_argument('--csv', nargs='?', const='', metavar='FILE', help='as CSV (BAG.csv in this folder)')
-    kind.add_argument('--parquet', nargs='?', const='', metavar='FILE', help='as Parquet (BAG.parquet in this folder)')
+    kind.add_argument('--csv', nargs='?', const='', metavar='FILE', help='as CSV (default: BAG.csv in this folder)')
+    kind.add_argument(
+        '--parquet', nargs='?', const='', metavar='FILE', help='as Parquet (default: BAG.parquet in this folder)'
+    )
     add_force_argument(parser)
     add_bag_arguments(parser)
 

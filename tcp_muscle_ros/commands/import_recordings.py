@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``import``."""
-    parser.add_argument('files', nargs='+', metavar='FILE', help='CSV, text, .xlsx, .mat, .parquet, or directories')
-    parser.add_argument('--map', metavar='MAP.yaml', help='what the columns are (without: it is found from the files)')
-    parser.add_argument('--output', metavar='DIR', help='a new directory for the bags (the name of the first file)')
+    parser.add_argument('files', nargs='+', metavar='FILE', help='CSV, text, .xlsx, .mat, .parquet, or folders of them')
+    parser.add_argument('--map', metavar='MAP.yaml', help='what the columns are (default: found from the files)')
+    parser.add_argument('--output', metavar='DIR', help='a new folder for the bags (default: named as the first file)')
     add_force_argument(parser)
 
 

@@ -38,9 +38,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--resume', action='store_true', help='continue an investigation that was stopped')
     add_force_argument(parser)
     parser.add_argument('--first', metavar='PROTOCOL.yaml', help='record this first (default: six protocols, 22 min)')
-    parser.add_argument('--minutes', type=float, default=90.0, metavar='N', help='longest muscle time in minutes (90)')
-    parser.add_argument('--runs', type=int, default=20, metavar='N', help='most runs, the one kept back included (20)')
-    parser.add_argument('--cycles', type=int, default=1000, metavar='N', help='most heating cycles (1000)')
+    parser.add_argument(
+        '--minutes', type=float, default=90.0, metavar='N', help='most minutes on the muscle (default: 90)'
+    )
+    parser.add_argument(
+        '--runs', type=int, default=20, metavar='N', help='most runs, the one kept back included (default: 20)'
+    )
+    parser.add_argument('--cycles', type=int, default=1000, metavar='N', help='most heating cycles (default: 1000)')
     parser.add_argument('--simulated', metavar='MUSCLE.yaml', help='use a simulated muscle, to try the command out')
     add_rig_arguments(parser)
 

@@ -19,7 +19,7 @@ def add_parameter_argument(parser: argparse.ArgumentParser, *, required: bool = 
         required=required,
         default=None if required else DEFAULT_SET,
         help='a ROS parameter file of the muscle, or the name of a shipped set'
-        + ('' if required else f' ({DEFAULT_SET})'),
+        + (f', e.g. {DEFAULT_SET}' if required else f' (default: {DEFAULT_SET})'),
     )
 
 

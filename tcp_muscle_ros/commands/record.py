@@ -11,7 +11,7 @@ from tcp_muscle_ros.files.outputs import add_force_argument, writable_folder
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``record``."""
-    parser.add_argument('--output', required=True, metavar='BAG', help='the new bag, a directory')
+    parser.add_argument('--output', required=True, metavar='BAG', help='a new bag, which is a folder')
     parser.add_argument('--duration', type=float, metavar='S', help='stop this many seconds after the first message')
     parser.add_argument('--namespace', default='', metavar='NS', help="where the muscle's topics are (default: /)")
     add_force_argument(parser)

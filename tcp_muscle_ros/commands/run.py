@@ -31,7 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``run``."""
     parser.add_argument('protocol', metavar='PROTOCOL.yaml', help='the protocol to play')
     add_parameter_argument(parser)
-    parser.add_argument('--output', required=True, metavar='BAG', help='a new bag, or a folder of bags, one a part')
+    parser.add_argument(
+        '--output', required=True, metavar='BAG', help='a new bag, or a folder with a bag for each part of the protocol'
+    )
     parser.add_argument('--resume', action='store_true', help='continue with the first part that is not done')
     add_force_argument(parser)
     add_rig_arguments(parser)

@@ -30,7 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='BAG', help='a new bag (rosbag2, MCAP)')
     add_force_argument(parser)
-    parser.add_argument('--seed', type=int, metavar='N', help="seed of the sensors' noise (that of --params, else 0)")
+    parser.add_argument(
+        '--seed', type=int, metavar='N', help="seed of the sensors' noise (default: that of --params, else 0)"
+    )
 
 
 class Admitted(NamedTuple):
