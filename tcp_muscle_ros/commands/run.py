@@ -149,7 +149,7 @@ def play(
     try:
         with _runner_class()(namespace, protocol.kind, _hottest(limits), say) as runner:
             refuse_beyond(protocol, model, allowed_by(limits, answer := runner.answer()))
-            say(f'{answer.name or "a muscle"} answers; the model foresees at most {hottest - 273.15:.1f} degC')
+            say(f'{answer.name or "a muscle"} answers; the model predicts at most {hottest - 273.15:.1f} degC')
             asked = [part.number for part in todo if by_person and _needs_person(part, todo, protocol)]
             for part in (part for part in todo if not log.done(part.number)):
                 runner.hang(float(part.load[0]), ask if part.number in asked else None)

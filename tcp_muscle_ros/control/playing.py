@@ -130,7 +130,7 @@ def refuse_beyond(protocol: Protocol, model: Parameters, allowed: Allowed) -> fl
         )
     if hottest > allowed.temperature:
         raise BadInput(
-            f'the model foresees {celsius(hottest)}, above the {celsius(allowed.temperature)} of '
+            f'the model predicts {celsius(hottest)}, above the {celsius(allowed.temperature)} of '
             f'{allowed.temperature_limit_of}; expected less current or shorter heating'
         )
     return hottest

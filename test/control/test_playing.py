@@ -72,7 +72,7 @@ WIDE = Allowed(current=0.27, temperature=373.15)
     [
         (protocol(segment(5.0, 0.3)), WIDE, '0.3 A, above the limit of 0.27 A of the rig'),
         (protocol(segment(5.0, 3.0), kind='power'), WIDE, 'A, above the limit of 0.27 A'),
-        (protocol(segment(99.0, 0.27)), replace(WIDE, temperature=330.0), 'the model foresees'),
+        (protocol(segment(99.0, 0.27)), replace(WIDE, temperature=330.0), 'the model predicts'),
         (protocol(segment(5.0, 0.1, 0.9)), replace(WIDE, loads=(0.3, 0.588)), 'a load of 0.588399 N|a load of 0.9 N'),
         (protocol(segment(5.0, 0.1)), replace(WIDE, duration=4.0), 'lasts 5 s, but the longest run is 4 s'),
         (replace(protocol(segment(5.0, 0.1)), end='blocked'), replace(WIDE, held_end=False), 'cannot hold the end'),
