@@ -1,9 +1,9 @@
-"""What ament_lint holds a package of ROS 2 to. Its own programs run where they are installed, with ROS 2 or by pip.
+"""What ament_lint holds a package of ROS 2 to. Its own programs run: those of a sourced ROS 2, else the wheels.
 
-Without them ruff holds the same (pyproject.toml): pycodestyle, pyflakes, docstrings. Docstrings follow PEP 257, but for
-what ``STYLE`` lists. ``ament_copyright`` asks for a notice in each source file, which names who holds the copyright; a
-package made by ``ros2 pkg create`` leaves that test out until there are such notices, and so does this one: LICENSE is
-checked alone.
+Of xmllint and copyright there are no wheels. Where a linter is missing ruff holds the same (pyproject.toml):
+pycodestyle, pyflakes, docstrings. Docstrings follow PEP 257, but for what ``STYLE`` lists. ``ament_copyright`` asks for
+a notice in each source file, which names who holds the copyright; a package made by ``ros2 pkg create`` leaves that
+test out until there are such notices, and so does this one: LICENSE is checked alone.
 """
 
 import shutil
