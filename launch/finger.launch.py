@@ -7,6 +7,10 @@ ros2 topic pub -r 10 /finger/joint_commands sensor_msgs/msg/JointState '{name: [
 ros2 topic pub -r 10 /finger/knuckle/cocontraction_setpoint std_msgs/msg/Float64 '{data: 0.8}'
 """
 
+from launch.substitutions import PathJoinSubstitution
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
 from tcp_muscle_ros.nodes.launching import description, node
 from tcp_muscle_ros.settings.launch_arguments import parameters_of
 
@@ -20,7 +24,12 @@ NODES = ('sim_node', 'controller_node')
 
 def start(value):
     parameters = parameters_of(value, 'sim_node', own='finger.yaml')
-    return [node(name, value['namespace'], parameters) for name in NODES]
+    urdf = PathJoinSubstitution([FindPackageShare('tcp_muscle_ros'), 'urdf', 'finger.urdf'])
+    weight = {'description_file': ParameterValue(urdf, value_type=str)}
+    return [
+        node('sim_node', value['namespace'], parameters),
+        node('controller_node', value['namespace'], [weight, *parameters]),
+    ]
 
 
 def generate_launch_description():

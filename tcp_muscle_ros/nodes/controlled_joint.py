@@ -1,17 +1,23 @@
-"""A controlled joint between two controlled muscles: an angle and a co-contraction in, two setpoints out."""
+"""A controlled joint between two muscles: an angle and a co-contraction or a stiffness in, two setpoints out."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import isfinite
+from pathlib import Path
 
 from std_msgs.msg import Float64
 
-from tcp_muscle_ros.control.antagonist import Antagonist, Side
+from tcp_muscle_ros.control.antagonist import FREE, Antagonist, Hold, Side
+from tcp_muscle_ros.control.gravity import Gravity
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS
 from tcp_muscle_ros.settings.operating import JOINT
+
+_STIFFEST = 1000.0  # N m/rad, that may be asked for
 
 
 def _side(settings: Settings) -> Side:
@@ -25,7 +31,8 @@ def _side(settings: Settings) -> Side:
 
 class ControlledJoint:
     """Hears ``<name>/angle``, ``<name>/angle_setpoint`` (rad) and ``<name>/cocontraction_setpoint`` (N, both tensions'
-    mean); each is held until the next. Where a muscle is stopped by a fault or disabled, so is the other.
+    mean) or ``<name>/stiffness_setpoint`` (N m/rad), of which the later counts; each is held until the next. Where a
+    muscle is stopped by a fault or disabled, so is the other.
     """
 
     def __init__(
@@ -38,22 +45,24 @@ class ControlledJoint:
     ) -> None:
         self._node, self.name = node, name
         self._pair = agonist, antagonist
-        self._setpoint: float | None = None
-        self._angle: float | None = None
+        self.setpoint: float | None = None  # rad
+        self.angle: float | None = None  # rad, measured
         self.apply(settings)
         # What is still to be compiled is compiled before the first tick.
-        self._control.update(0.0, 0.0, 0.0, (0.0, 0.0), (agonist.ambient, antagonist.ambient))
+        self._control.update(0.0, 0.0, 0.0, (0.0, 0.0), (agonist.ambient, antagonist.ambient), stiffness=0.0)
         self._control.reset()
         for muscle in self._pair:
             muscle.feedback_topic = node.resolve_topic_name(f'{name}/angle')
         node.listen(Float64, f'{name}/angle', self._take_angle, MEASUREMENT_QOS)
         node.listen(Float64, f'{name}/angle_setpoint', self.take_setpoint, COMMAND_QOS)
         node.listen(Float64, f'{name}/cocontraction_setpoint', self._take_cocontraction, COMMAND_QOS)
+        node.listen(Float64, f'{name}/stiffness_setpoint', self._take_stiffness, COMMAND_QOS)
 
     def apply(self, settings: Settings) -> None:
         """Take over values, of the joint or of its muscles."""
         self._settings = settings
         self._cocontraction: float = settings['cocontraction_n']
+        self._stiffness: float | None = None
         agonist, antagonist = self._pair
         self._control = Antagonist(
             _side(agonist.settings),
@@ -65,9 +74,9 @@ class ControlledJoint:
 
     def renew(self) -> None:
         """One of its muscles has other values."""
-        cocontraction = self._cocontraction
+        wanted = self._cocontraction, self._stiffness
         self.apply(self._settings)
-        self._cocontraction = cocontraction
+        self._cocontraction, self._stiffness = wanted
 
     def turns(self, muscle: ControlledMuscle) -> bool:
         """Whether it is one of the two."""
@@ -75,8 +84,8 @@ class ControlledJoint:
 
     def forget(self) -> None:
         """~/reset: no setpoint, nothing measured."""
-        self._setpoint = None
-        self._cocontraction = self._settings['cocontraction_n']
+        self.setpoint = None
+        self._cocontraction, self._stiffness = self._settings['cocontraction_n'], None
         self._control.reset()
 
     # What comes in
@@ -88,33 +97,85 @@ class ControlledJoint:
     def take_setpoint(self, message: Float64) -> None:
         """Where it is to be, rad."""
         if self._within('angle_setpoint', message.data, self._settings['low_rad'], self._settings['high_rad'], 'rad'):
-            self._setpoint = message.data
+            self.setpoint = message.data
 
     def _take_cocontraction(self, message: Float64) -> None:
         row = JOINT['cocontraction_n']
         if self._within('cocontraction_setpoint', message.data, row.low, row.high, row.unit):
-            self._cocontraction = message.data
+            self._cocontraction, self._stiffness = message.data, None
+
+    def _take_stiffness(self, message: Float64) -> None:
+        if self._within('stiffness_setpoint', message.data, 0.0, _STIFFEST, 'N m/rad'):
+            self._stiffness = message.data
 
     def _take_angle(self, message: Float64) -> None:
         if isfinite(message.data):
-            self._angle = message.data
+            self.angle = message.data
         turned = self._settings['radius_m'] * message.data
         for muscle, sign in zip(self._pair, (1.0, -1.0), strict=True):
             muscle.take_measurement(sign * turned)
 
     # One tick
 
-    def work(self, now: float) -> None:
-        """Say to both muscles how warm to be, if their tensions and the angle are known."""
+    def work(self, now: float, hold: Hold = FREE) -> None:
+        """Say to both muscles how warm to be, if their tensions and the angle are known.
+
+        ``hold``: what is known to pull at the joint.
+        """
         agonist, antagonist = self._pair
         agonist.partner_stopped, antagonist.partner_stopped = antagonist.stopped, agonist.stopped
         one, two = agonist.tension(now), antagonist.tension(now)
         lost = agonist.silent or antagonist.silent
-        if self._setpoint is None or self._angle is None or one is None or two is None or lost:
+        if self.setpoint is None or self.angle is None or one is None or two is None or lost:
             self._control.reset()
             return
         wanted = self._control.update(
-            self._setpoint, self._cocontraction, self._angle, (one, two), (agonist.ambient, antagonist.ambient)
+            self.setpoint,
+            self._cocontraction,
+            self.angle,
+            (one, two),
+            (agonist.ambient, antagonist.ambient),
+            stiffness=self._stiffness,
+            hold=hold,
         )
         for muscle, temperature in zip(self._pair, wanted, strict=True):
             muscle.aim(temperature)
+
+
+class Weight:
+    """What gravity asks of a node's joints, by the description of the robot that they turn, which stands upright.
+
+    Args:
+        file: a URDF; empty: nothing is known to pull.
+        joints: the node's.
+
+    Raises:
+        BadInput: a file that cannot be read or describes no such robot.
+    """
+
+    def __init__(self, file: str, joints: Iterable[ControlledJoint]) -> None:
+        self._joints = list(joints)
+        self._gravity: Gravity | None = None
+        if not file:
+            return
+        if not self._joints:
+            raise BadInput("parameter 'description_file' needs 'joints': the weight of a robot is held by them")
+        try:
+            text = Path(file).read_text(encoding='utf-8')
+        except (OSError, UnicodeDecodeError) as problem:
+            reason = getattr(problem, 'strerror', None) or 'no text'
+            raise BadInput(f"parameter 'description_file': cannot read {file}: {reason}") from None
+        self._gravity = Gravity(text)
+        self._gravity.torques({joint.name: 0.0 for joint in self._joints})  # it has all of them
+
+    def holds(self) -> list[Hold]:
+        """One a joint, here and where it is to be, the others being where they are; nothing until all angles came."""
+        angles = {joint.name: joint.angle for joint in self._joints if joint.angle is not None}
+        if self._gravity is None or len(angles) < len(self._joints):
+            return [FREE] * len(self._joints)
+        here = self._gravity.torques(angles)
+        found = []
+        for joint in self._joints:
+            there = here if joint.setpoint is None else self._gravity.torques(angles | {joint.name: joint.setpoint})
+            found.append(Hold(here[joint.name], there[joint.name]))
+        return found

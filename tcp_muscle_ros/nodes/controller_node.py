@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.errors import nearest
-from tcp_muscle_ros.nodes.controlled_joint import ControlledJoint
+from tcp_muscle_ros.nodes.controlled_joint import ControlledJoint, Weight
 from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, check_model, make_handover
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.lockstep import out_of_step
@@ -36,6 +36,7 @@ class ControllerNode(SafeNode[ControlledMuscle]):
             name: ControlledJoint(self, name, settings, *(self.by_name[one] for one in pair(settings)))
             for name, settings in self.plan.joints.items()
         }
+        self._weight = Weight(self.common['description_file'], self._joints.values())
         self._setpoints: dict[str, Callable[[Float64], None]] = {
             muscle.settings['joint_name']: muscle.take_setpoint for muscle in self.muscles if not muscle.on_joint
         }
@@ -97,8 +98,8 @@ class ControllerNode(SafeNode[ControlledMuscle]):
 
     def work(self, stamp: int, dt: float, now: float, publish: bool) -> None:
         """Each muscle's current."""
-        for joint in self._joints.values():
-            joint.work(now)
+        for joint, hold in zip(self._joints.values(), self._weight.holds(), strict=True):
+            joint.work(now, hold)
         for muscle in self.muscles:
             muscle.work(dt, now, publish)
 

@@ -3,6 +3,7 @@
 import time
 from itertools import pairwise
 from math import pi
+from pathlib import Path
 
 import pytest
 
@@ -22,20 +23,22 @@ from tcp_muscle_ros.settings.operating import CONTROL, SIM
 
 pytestmark = pytest.mark.processes
 PERIOD = 10_000_000  # ns
+URDF = Path(__file__).resolve().parents[2] / 'urdf'
 ENOUGH = QoSProfile(depth=1000)
 
 
 class Commander:
     """Takes part in the lockstep as anybody's node may: sends what is due by tick, and says that it is done.
 
-    ``schedule`` says by the number of the tick what is sent; ``slow`` in which ticks it takes 50 ms.
+    ``schedule`` says by the number of the tick what is sent, a number or a message; ``slow`` in which ticks it
+    takes 50 ms.
     """
 
-    def __init__(self, bench, topic, schedule, slow=()):
+    def __init__(self, bench, topic, schedule, slow=(), kind=Float64):
         self.bench, self.schedule, self.slow = bench, schedule, slow
         self.silent_from, self.ticks = None, []
         node = bench.node
-        self.command = node.create_publisher(Float64, topic, QoSProfile(depth=1))
+        self.command = node.create_publisher(kind, topic, QoSProfile(depth=1))
         self.subscription = node.create_subscription(Header, '/lockstep/tick', self.tick, ENOUGH)
         self.done = node.create_publisher(Header, '/lockstep/done', ENOUGH)
 
@@ -53,7 +56,8 @@ class Commander:
         number = round((message.stamp.sec * 1_000_000_000 + message.stamp.nanosec) / PERIOD)
         self.ticks.append(number)
         if number in self.schedule:
-            self.command.publish(Float64(data=self.schedule[number]))
+            due = self.schedule[number]
+            self.command.publish(Float64(data=due) if isinstance(due, float) else due)
         if number in self.slow:
             time.sleep(0.05)
         if self.silent_from is None or number < self.silent_from:
@@ -185,6 +189,41 @@ def test_a_joint_of_two_muscles_turns_the_same_way_each_time(bench):
     first = run('joint_a')
     assert abs(first[-1][2]) > 0.05  # it turns
     assert first == run('joint_b')
+
+
+def test_an_elbow_stays_where_it_is_while_the_shoulder_lifts_it_if_the_arms_weight_is_known(bench):
+    """As test/robots/test_controlled.py has it without nodes."""
+    pytest.importorskip('mujoco', reason="needs MuJoCo (extra 'mujoco', Python 3.11 and later)")
+    joints = ['shoulder', 'elbow']
+    of_arm = [f'{joint}_{role}' for joint in joints for role in ('flexor', 'extensor')]
+    given = [f'muscles:=[{", ".join(of_arm)}]', f'joints:=[{", ".join(joints)}]', 'load_n:=0.4']
+    for joint in joints:
+        given += [f'{joint}.agonist:={joint}_flexor', f'{joint}.antagonist:={joint}_extensor']
+        given += [f'{joint}.radius_m:=0.012', f'{joint}.cocontraction_n:=0.7']
+    given = [word for one in given for word in ('-p', one)]
+    schedule = {
+        at: JointState(name=joints, position=[shoulder, 0.3]) for at, shoulder in ((20, 0.0), (520, 0.0), (521, 0.6))
+    }
+
+    def strayed(namespace, *known):
+        """How far the elbow went (rad) while the shoulder was lifted."""
+        sim = bench.start('sim_node', namespace, *given, '-p', 'robot:=arm', real_time_factor=0.0, lockstep_nodes=2)
+        controller = bench.start('controller_node', namespace, *given, *known, use_sim_time=True)
+        states = bench.listen(f'/{namespace}/joint_states', JointState)
+        commander = Commander(bench, f'/{namespace}/joint_commands', schedule, kind=JointState)
+        commander.join()
+        commander.until(1320)
+        heard = by_tick(states)
+        for program in (controller, sim):
+            program.kill()
+        bench.forget(states, commander)
+        assert heard[1319].position[4] == pytest.approx(0.6, abs=3e-3)
+        return max(abs(heard[number].position[5] - 0.3) for number in range(520, 1320))
+
+    unknown = strayed('arm_felt')
+    known = strayed('arm_known', '-p', f'description_file:={URDF / "arm.urdf"}')
+    assert unknown > 5e-3
+    assert known < 0.5 * unknown, (known, unknown)
 
 
 def test_a_twin_predicts_in_the_time_of_the_simulation(bench):

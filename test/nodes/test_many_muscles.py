@@ -17,7 +17,9 @@ from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
+from tcp_muscle_ros.control.antagonist import Side
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.nodes.plan import read_plan
 from tcp_muscle_ros.settings.operating import CONTROL, SIM
 
@@ -279,3 +281,49 @@ def test_two_muscles_bring_a_joint_to_an_angle_with_a_co_contraction_and_stop_wi
     setpoint.publish(Float64(data=5.0))  # beyond the stop: refused
     sim.kill()
     bench.until(lambda: all(heard.last.data == 0.0 for heard in commands.values()), 'it drives a joint it cannot see')
+
+
+@pytest.mark.processes
+def test_a_joint_takes_a_stiffness_instead_of_a_co_contraction(bench):
+    """By the temperatures and tensions that the muscles then have; whichever of both was asked for last counts."""
+    file = ['--params-file', str(CONFIG / 'antagonist.yaml')]
+    nodes = [bench.start(name, 'stiff', *file) for name in ('sim_node', 'controller_node')]
+    angle = bench.listen('/stiff/knuckle/angle')
+    warmth = [bench.listen(f'/stiff/{name}/temperature', Temperature) for name in ('flexor', 'extensor')]
+    forces = [bench.listen(f'/stiff/{name}/force') for name in ('flexor', 'extensor')]
+    setpoint, mean, stiffness = (
+        bench.speaker(f'/stiff/knuckle/{name}_setpoint') for name in ('angle', 'cocontraction', 'stiffness')
+    )
+    side = Side(Parameters.named('karami_tadesse_2017'), 0.4, 0.27, 373.15)
+
+    def stiff():
+        return 0.01**2 * sum(side.stiffness(heard.last.temperature + ZERO_CELSIUS) for heard in warmth)
+
+    def there():
+        return all((angle, *warmth, *forces)) and abs(angle.last.data - 0.3) < 0.01
+
+    setpoint.publish(Float64(data=0.3))
+    for wanted in (0.0038, 0.0043):
+        stiffness.publish(Float64(data=wanted))
+        bench.until(lambda wanted=wanted: there() and abs(stiff() / wanted - 1.0) < 0.01, 'another stiffness')
+    stiffness.publish(Float64(data=-1.0))  # refused
+    mean.publish(Float64(data=1.1))
+    bench.until(lambda: there() and abs(0.5 * sum(f.last.data for f in forces) - 1.1) < 0.02, 'no co-contraction')
+    assert [node.end(2) for node in nodes] == [0, 0]
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize(
+    ('given', 'line'),
+    [
+        ('none.urdf', "parameter 'description_file': cannot read none.urdf: No such file"),
+        (str(HAND), 'the robot description is no XML'),
+        (str(CONFIG.parent / 'urdf' / 'arm.urdf'), "no turning joint 'knuckle'; known: "),
+    ],
+)
+def test_a_description_that_is_not_of_these_joints_is_one_line(given, line):
+    command = ['-m', 'tcp_muscle_ros.nodes.controller_node', '--ros-args', '--params-file']
+    command += [str(CONFIG / 'antagonist.yaml'), '-p', f'description_file:={given}']
+    done = subprocess.run([sys.executable, *command], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    assert line in done.stderr and 'Traceback' not in done.stderr

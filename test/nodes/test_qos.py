@@ -167,5 +167,8 @@ def test_the_table_in_the_readme_is_what_the_nodes_do(bench, controllers, hand):
                 assert own.qos_profile.durability == DurabilityPolicy.VOLATILE
                 seen.add((way, name))
     # Topics of a joint, of self-sensing and of muscles on a joint: no node here has them.
-    elsewhere = 'resistance', 'force', 'angle', 'angle_setpoint', 'cocontraction_setpoint', 'external_torque'
+    elsewhere = (
+        'resistance', 'force', 'angle', 'angle_setpoint', 'cocontraction_setpoint', 'stiffness_setpoint',
+        'external_torque',
+    )  # fmt: skip
     assert set(told) - seen == {*(('in', name) for name in elsewhere), ('out', 'angle')}

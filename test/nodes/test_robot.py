@@ -15,12 +15,17 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 
 pytestmark = pytest.mark.processes
-FINGER = Path(__file__).resolve().parents[2] / 'config' / 'finger.yaml'
+ROOT = Path(__file__).resolve().parents[2]
+FINGER = ROOT / 'config' / 'finger.yaml'
 JOINTS, MUSCLES = ['knuckle', 'middle'], ['knuckle_flexor', 'knuckle_extensor', 'middle_flexor', 'middle_extensor']
 
 
 def test_it_goes_where_it_is_told_is_seen_and_ends_without_current(bench):
-    nodes = [bench.start(name, 'finger', '--params-file', str(FINGER)) for name in ('sim_node', 'controller_node')]
+    file, weight = ['--params-file', str(FINGER)], f'description_file:={ROOT / "urdf" / "finger.urdf"}'
+    nodes = [
+        bench.start('sim_node', 'finger', *file),
+        bench.start('controller_node', 'finger', *file, '-p', weight),  # as finger.launch.py does
+    ]
     states = bench.listen('/finger/joint_states', JointState)
     images = bench.listen('/finger/camera/image', Image)
     currents = {name: bench.listen(f'/finger/{name}/current') for name in MUSCLES}
