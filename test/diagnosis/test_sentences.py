@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from diagnosis.made import TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.answer.conclusions import would_help
-from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, Value
+from tcp_muscle_ros.diagnosis.answer.conclusions import likely_to_decide, would_help
+from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, Proposal, Value
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, headline
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
@@ -128,3 +128,12 @@ def test_where_no_experiment_decides_it_is_said_what_would_help():
     assert 'a thermometer on the muscle' in said[0]
     assert any('second load' in one for one in said)
     assert would_help([FINDING], None, runs) == (), 'nothing is undecided'
+
+
+@pytest.mark.parametrize(('power', 'proposed'), [(0.009, False), (0.49, False), (0.5, True), (0.97, True)])
+def test_an_experiment_is_proposed_only_where_it_is_likely_to_decide(power, proposed):
+    planned = Proposal(('creep', 'viscous_flow'), 'loads', 'at other loads', (), 1, 10.0, 'load', power)
+    found = likely_to_decide(planned)
+    assert found is (planned if proposed else None)
+    doubtful = Finding(**{**vars(FINDING), 'indistinguishable_from': ('viscous_flow',)})
+    assert (would_help([doubtful], found, [experiment(('displacement',))]) == ()) is proposed

@@ -271,7 +271,7 @@ def conclude(
         f.held_out is not None and f.held_out.before < helps * f.nominal for f in errors.values()
     )
     verdict = _verdict(findings, remains, runs is not None and bool(runs.channel), wrong)
-    proposal = _proposal(selection)
+    proposal = likely_to_decide(_proposal(selection))
     refitted = selection.first.refitted
     ranking = tuple(
         Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
@@ -291,7 +291,7 @@ def conclude(
         ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
         not_testable=_not_testable(selection, untried),
         unexplained=remains,
-        next_experiment=proposal if proposal is not None and proposal.power >= LEAST_CHANCE else None,
+        next_experiment=proposal,
         nominal=nominal,
         improved=improved,
         ages=ages,
@@ -323,12 +323,17 @@ def _notes(selection: Selection, remains: Unexplained | None) -> tuple[str, ...]
     )
 
 
+def likely_to_decide(planned: Proposal | None) -> Proposal | None:
+    """The planned experiment, if it decides with a probability of a half at least."""
+    return planned if planned is not None and planned.power >= LEAST_CHANCE else None
+
+
 def would_help(
     findings: Sequence[Finding], proposal: Proposal | None, experiments: Sequence[Experiment]
 ) -> tuple[str, ...]:
     """What to record where something is undecided and no planned experiment is likely to decide it."""
     undecided = [f for f in findings if f.indistinguishable_from]
-    if not undecided or (proposal is not None and proposal.power >= LEAST_CHANCE):
+    if not undecided or proposal is not None:
         return ()
     seen = {name for e in experiments for name in e.observed}
     channels = experiments[0].model.channels
