@@ -35,7 +35,7 @@ from tcp_muscle_ros.nodes.pace import LockstepTime, RealTime, leads
 from tcp_muscle_ros.nodes.polled import Inputs
 from tcp_muscle_ros.nodes.recorder import Recorder
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
-from tcp_muscle_ros.nodes.topics import COMMAND_QOS, COMMANDED_BY, NOBODY, publishers_of
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, COMMANDED_BY, NAMELESS, NOBODY, publishers_of
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, OUTPUTS
 
 LATENESS = 'command_lateness'  # s, of each command
@@ -44,6 +44,7 @@ _MEASURED = (*OUTPUTS, 'current')
 _HEARD_WITHIN = 10.0  # s, in which a muscle answers
 _DIAGNOSED_WITHIN = 2.5  # s: they come once a second
 _COLD_WITHIN = 900.0  # s, in which a muscle cools
+_NAMED_WITHIN = 10.0  # s, in which a commander without a name gets one, or goes: a node of a moment ago, or this one
 _LOOK = 1.0  # s between two looks at who else commands
 _TAIL = 0.2  # s of zero at the end of a part
 _SWITCH = 1e-4  # s that the recorder's thread may keep a command that is due from going out
@@ -87,6 +88,7 @@ class Runner:
         self._recording: _Recording | None = None
         self.asked = False  # to stop, by a signal
         self._prompting = False
+        self._nameless = False  # whether the last look found a commander without a name
 
     def __enter__(self) -> Runner:
         with ExitStack() as ending:
@@ -170,19 +172,31 @@ class Runner:
             self._time, self._supervisor = LockstepTime(self._node, self._take_tick), Supervisor(self._hottest)
 
     def _refuse_another(self) -> None:
-        me = self._node.get_fully_qualified_name()
-        said = set[str]().union(*self._named()) - {me, NOBODY}
-        if other := self._another() or min(said, default=''):
-            raise BadInput(f'{other} commands this muscle too; stop it first: only one node may command a muscle')
+        """BadInput where another node commands the muscle, by the graph of this node or by the driver's word."""
 
-    def _another(self) -> str:
-        """Another commander of the muscle, '' where there is none."""
+        def others() -> set[str]:
+            said = set[str]().union(*self._named()) - {self._node.get_fully_qualified_name(), NOBODY}
+            return self._others() | said
+
+        begun = time.monotonic()
+        while NAMELESS in others() and time.monotonic() - begun < _NAMED_WITHIN:
+            self._pause()
+        if found := others():
+            raise BadInput(f'{min(found)} commands this muscle too; stop it first: only one node may command a muscle')
+
+    def _others(self) -> set[str]:
+        """Other commanders of the muscle, by the graph of this node."""
+        found = set[str]()
         for kind, topic in self._topics.items():
             if self._node.count_publishers(topic) > (kind == self._kind):
-                others = publishers_of(self._node, topic) - {self._node.get_fully_qualified_name()}
-                if others:
-                    return min(others)
-        return ''
+                found |= publishers_of(self._node, topic)
+        return found - {self._node.get_fully_qualified_name()}
+
+    def _another(self) -> str:
+        """Another commander, '' where there is none; one without a name only if the last look found it so too."""
+        others = self._others()
+        passing, self._nameless = not self._nameless, NAMELESS in others
+        return min(others - {NAMELESS} if passing else others, default='')
 
     # What is heard
 

@@ -27,6 +27,7 @@ STATE_QOS = QoSProfile(depth=BACKLOG)  # out: reliable, keep last
 OVERRIDES = 'qos_overrides.'
 COMMANDED_BY = 'commanded_by'  # in /diagnostics: the nodes that command a muscle, or nobody
 NOBODY = 'nobody'
+NAMELESS = 'an unknown node'  # found, but not by name yet, or no longer: a node that comes or goes, or none of ROS
 # What a simulated muscle or joint publishes in every tick, by the last part of the topic.
 EVERY_TICK = frozenset(('current', 'voltage', 'temperature', 'displacement', 'force', 'joint_states', 'angle'))
 _DEEPEST = 100_000  # messages; a queue that is deeper is a mistake
@@ -141,7 +142,7 @@ def _note(
     package, _, name = kind.__module__.rpartition('.')[0].partition('.')
     own_type = f'{package}/{name}/{kind.__name__}'
     for other, offered, asked in pairs:
-        there = f'{topic} with {_who(other)}'
+        there = f'{topic} with {name_of(other)}'
         compatible, why = qos_check_compatible(offered, asked)
         if compatible == QoSCompatibility.ERROR:
             found[topic] = f'incompatible QoS on {there}: {why.removeprefix("ERROR: ").rstrip("; ").lower()}'
@@ -152,15 +153,12 @@ def _note(
 
 
 def name_of(end: TopicEndpointInfo) -> str:
-    """The full name of the node to which a publisher or a subscription belongs."""
+    """The full name of the node to which a publisher or a subscription belongs, or ``NAMELESS``."""
+    if 'UNKNOWN' in end.node_name:
+        return NAMELESS
     return f'{end.node_namespace.rstrip("/")}/{end.node_name}'
 
 
 def publishers_of(node: Node, topic: str) -> set[str]:
     """The full names of the nodes that publish on a topic."""
     return {name_of(end) for end in node.get_publishers_info_by_topic(topic)} if node.count_publishers(topic) else set()
-
-
-def _who(other: TopicEndpointInfo) -> str:
-    name = name_of(other)
-    return 'an unknown node' if 'UNKNOWN' in name else name

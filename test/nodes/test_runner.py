@@ -5,6 +5,7 @@ import os
 import pty
 import re
 import signal
+import time
 
 import numpy as np
 import pytest
@@ -191,6 +192,35 @@ def test_a_driver_that_names_another_commander_is_believed_before_the_graph_show
     bench.until(ends, 'it is played', 60.0)
     assert '/elsewhere/arm commands this muscle too' in ended(bench, program, 2)
     assert not (tmp_path / 'bag').exists()
+    bench.node.destroy_publisher(driver)
+
+
+def test_a_commander_without_a_name_is_waited_for_since_it_may_be_this_run_itself(bench, muscle, tmp_path):
+    """So it was where a run was killed and begun anew: the driver knew the old one by name, the new one not yet."""
+    driver, told = bench.speaker('/diagnostics', DiagnosticArray), []
+    program = played(bench, tmp_path, '--yes')
+
+    def says(commanders):
+        values = [KeyValue(key='current_limit_a', value='0.27'), KeyValue(key='commanded_by', value=commanders)]
+        status = DiagnosticStatus(name='/played/driver', message='enabled', values=values)
+        driver.publish(DiagnosticArray(status=[status]))
+
+    def waits():
+        says('/played/protocol_runner, an unknown node')
+        if not told and 'waiting for a muscle' in program.said():
+            told.append(time.monotonic())
+        return program.process.poll() is not None or (told and time.monotonic() - told[0] > 5.0)
+
+    bench.until(waits, 'it does not begin', 60.0)
+    assert program.process.poll() is None, program.said()
+    assert 'part 1' not in program.said()
+
+    def ends():
+        says('/played/protocol_runner')
+        return program.process.poll() is not None
+
+    bench.until(ends, 'it is not played', 60.0)
+    ended(bench, program, 0)
     bench.node.destroy_publisher(driver)
 
 
