@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
+from tcp_muscle_ros.diagnosis.answer.digits import digits_text
+from tcp_muscle_ros.diagnosis.answer.findings import Value
 from tcp_muscle_ros.diagnosis.answer.replaying import Comparison, Own
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate
 from tcp_muscle_ros.muscle import SPECIFICATIONS
@@ -65,8 +67,10 @@ def _row(e: Estimate) -> list[str]:
         why = f'not fixed by the data{alone}; kept near its nominal value'
         return [name, f'{_edge(e, e.nominal):.4g}', '-', '-', unit, why]
     remark = 'at its bound' if e.at_bound else ''
-    interval = f'{_edge(e, e.low):.5g} to {_edge(e, e.high):.5g}'
-    return [name, f'{_edge(e, e.nominal):.5g}', f'{_edge(e, e.value):.5g}', interval, unit, remark]
+    value, low, high = (f'{_edge(e, x):.5g}' for x in (e.value, e.low, e.high))
+    if low == high:
+        value, low, high = digits_text(Value(*(_edge(e, x) for x in (e.value, e.low, e.high)), unit))
+    return [name, f'{_edge(e, e.nominal):.5g}', value, f'{low} to {high}', unit, remark]
 
 
 def calibration_table(calibration: Calibration) -> str:

@@ -109,6 +109,8 @@ def test_a_calibration_is_a_table_a_file_and_a_muscle(tmp_path):
     assert row['fixed'] and row['low'] <= row['value'] <= row['high']
     assert found.value('hA', 3) == pytest.approx(row['nominal'], rel=0.01)
     assert 'hA' in found._repr_html_()
+    intervals = re.findall(r'(\S+) to (\S+)', repr(found))
+    assert len(intervals) >= 9 and all(low != high for low, high in intervals)  # of R0: 13.99995 to 14.00005
     found.save(tmp_path / 'muscle.yaml')
     assert (tmp_path / 'muscle.intervals.json').is_file()
     again = tcp.simulate(PROTOCOL, found)
