@@ -354,8 +354,8 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
         found.append(f'{few or "two recordings: the unseen data are parts of them"}; no other condition was tested')
     if any(is_closed_loop(e) for e in experiments):
         found.append(
-            'the drive follows the muscle (closed loop): what the controller corrects shows in the current and not in '
-            'the displacement, so creep, hysteresis and a loss of stroke are hard to see; record open-loop steps'
+            'the drive follows the muscle (closed loop): the controller corrects an error of the stroke by the '
+            'current, so creep, hysteresis and a loss of stroke are hard to see; record open-loop steps'
         )
     return tuple(found)
 
@@ -365,7 +365,7 @@ def _age(now: Parameters, ages: Sequence[Age]) -> tuple[str, ...]:
     first = ages[0].values if ages else {}
     return tuple(
         f'{name} was {before:.4g} before the first recording and is {now[name]:.4g} after the last: improved.yaml has '
-        f'the muscle as it is now, and a replay of these recordings has it as old as it was in each'
+        f'the value after the last, and a replay of these recordings uses the value of each'
         for name, before in first.items()
     )
 

@@ -111,8 +111,8 @@ def said_of_runs(found: RunToRun | None) -> str:
     if found.error >= _PLAINLY * found.repeatability:
         return (
             f'The {quantity(found.channel)} is predicted to {100.0 * found.error:.1f} % of its peak, while runs of the '
-            f'same protocol repeat each other to {100.0 * found.repeatability:.1f} %. No listed effect explains what '
-            f'they have in common beside the simulation.'
+            f'same protocol repeat each other to {100.0 * found.repeatability:.1f} %. No listed effect explains the '
+            f'error that they have in common.'
         )
     return (
         f'The {quantity(found.channel)} is predicted to {100.0 * found.error:.1f} % of its peak; runs of the same '
@@ -148,6 +148,6 @@ def notes_on_runs(found: RunToRun | None) -> tuple[str, ...]:
             f'improved.yaml has the mean), and '
         )
     return (
-        f'runs of one protocol differ in the {name} by {100.0 * found.repeatability:.1f} % of the peak: {gain}what is '
-        f'named goes beyond what differs from run to run',
+        f'runs of one protocol differ in the {name} by {100.0 * found.repeatability:.1f} % of the peak: {gain}an '
+        f'effect is named only where it explains more than this difference',
     )
