@@ -69,7 +69,7 @@ def _row(e: Estimate) -> list[str]:
     remark = 'at its bound' if e.at_bound else ''
     value, low, high = (f'{_edge(e, x):.5g}' for x in (e.value, e.low, e.high))
     if low == high:
-        value, low, high = digits_text(Value(*(_edge(e, x) for x in (e.value, e.low, e.high)), unit))
+        value, low, high = digits_text(Value(_edge(e, e.value), _edge(e, e.low), _edge(e, e.high), unit))
     return [name, f'{_edge(e, e.nominal):.5g}', value, f'{low} to {high}', unit, remark]
 
 
