@@ -90,6 +90,8 @@ _CHECKS = {
     'shown.',
     'free_slow_state': 'Repeat the recording after a night of rest, and once more at once: in the first the slow part '
     'must be back where it began, in the second not yet.',
+    'free_surroundings': 'What does the muscle touch, or what encloses it? Hang it freely in open air, and repeat: the '
+    'slow part must be gone.',
     'free_delay': 'Switch a lamp that the sensor sees, or short the sensor, and compare the stamps: is it late by '
     "itself? If not, the delay is the muscle's.",
 }  # fmt: skip

@@ -3,7 +3,8 @@
 A free law bends to much, so it is taken only where it explains half of what is left, by more than its coefficients
 cost, and where unseen data confirm it. It takes the place of a listed effect only where that leaves a misfit, does not
 explain nearly all, and the law leaves half of it at most: what the listed form merely misses of the muscle's own is no
-reason to lose its name (``bending``).
+reason to lose its name (``bending``). A room or a draught has no form, and bends to much itself: a law of the muscle's
+state takes its place wherever it fits better, for a room does not know what state the muscle is in.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,12 +16,12 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.model.unknown import Unknown
+from tcp_muscle_ros.diagnosis.model.unknown import LOG_SPREAD, Unknown
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
-from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.free_basis import FREE, Basis, basis
 
@@ -29,28 +30,41 @@ _TRIED = 2  # laws that are refitted beside, and instead of, what is there
 HALF = 0.5  # of what is left, that a law takes away at least
 _PROBE = 0.1  # of a coefficient's prior spread, by which its slope is taken
 _MARGIN = 0.02  # of a driver's range, so that the recordings do not end at the last knot
-_ROUNDS = 15
+_ROUNDS = 25
+_BEGUN = 0.1  # of the coefficients that the linear approximation has, which the muscle's parameters do not follow yet
+_WHEN = 'time'  # the driver that is no state of the muscle
+_LAGS = (5.0, 30.0, 180.0)  # s: where a law with a lag is begun; a fit goes on from the best
 
 
 @dataclass(frozen=True)
 class Law:
-    """A free law in linear approximation: its table's form, where its coefficients would go, and the drop promised."""
+    """A free law in linear approximation: its table's form, where its coefficients would go, and the drop promised;
+    ``lag`` (s): in which it is reached, None where it has none."""
 
     basis: Basis
     values: Array
     gain: float
+    lag: float | None = None
+
+    def on(self, parameters: Parameters, values: Array) -> Parameters:
+        """The muscle with this law on, with these values at the knots."""
+        table = self.basis.on(parameters, values)
+        return table if self.lag is None else table.replace({_lag_of(self.basis.effect): self.lag})
 
 
 def with_free_law(found: Selection, progress: Callable[[], None] | None = None) -> Selection:
-    """The selection with a law without a name, where one explains what the listed effects leave; else as it is."""
-    unnamed = unexplained(found.told)
-    if unnamed is None or found.leapt is not None or not found.final.problem.work.left:
+    """The selection with a law without a name, where one explains what the listed effects leave, or better what a room
+    or a draught was named for; else as it is."""
+    unnamed, circumstance = unexplained(found.told), _only_a_circumstance(found)
+    if (unnamed is None and circumstance is None) or found.leapt is not None or not found.final.problem.work.left:
         return found
     left, least = excess(found.final, found), found.final.problem.policy.least_drop
+    to_beat = penalised(found.told.final) - least if circumstance else -np.inf
     best, scored = found, np.inf
-    for begun, keeping in _starts(found):
+    for begun, keeping in _starts(found) if circumstance is None or unnamed else [_less(found, circumstance)]:
+        of_state = circumstance is not None and circumstance not in keeping
         tried: list[Rival] = []
-        for law in promising(begun, progress)[:_TRIED]:
+        for law in promising(begun, progress, of_state)[:_TRIED]:
             start, kept, better = _alone(found, begun, keeping, refitted(begun, law), law)
             if _is_form(law, kept):
                 continue
@@ -58,8 +72,10 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
             tried.append(Rival(law.basis.effect, better, score))
             remains = excess(better, found)
             gained = penalised(start) - score
-            enough = remains < HALF * left and gained > 2.0 * least and score < scored - least
-            if enough and (gain := confirmation(start, better)[0]).holds:
+            enough = remains < HALF * left or (of_state and score < to_beat)
+            if not (enough and gained > 2.0 * least and score < scored - least):
+                continue
+            if (gain := confirmation(start, better)[0]).holds:
                 chosen = _selection(found, start, better, law, kept, gain)
                 best, scored = replace(chosen, unnamed=unnamed), score
                 left = remains / HALF  # what comes after must be clearly better still
@@ -86,6 +102,12 @@ def excess(fitted: Fit, found: Selection) -> float:
         count = sum(e.observed[name].time.size for e in fitted.problem.experiments if name in e.observed)
         total += count * max(fitted.mean_square[name] / s.noise.sigma**2 - 1.0, 0.0)
     return total
+
+
+def _only_a_circumstance(found: Selection) -> Chosen | None:
+    """The one effect that is named, where it is of the room and not of the muscle."""
+    physics = [c for c in found.chosen if c.definition.stage != 'sensor']
+    return physics[0] if len(physics) == 1 and physics[0].definition.circumstance else None
 
 
 def _starts(found: Selection) -> list[tuple[Fit, tuple[Chosen, ...]]]:
@@ -129,9 +151,9 @@ def _is_form(law: Law, kept: Sequence[Chosen]) -> bool:
     return any(c.definition.stage == stage and not c.definition.circumstance for c in kept)
 
 
-def promising(fitted: Fit, progress: Callable[[], None] | None = None) -> list[Law]:
+def promising(fitted: Fit, progress: Callable[[], None] | None = None, of_state: bool = False) -> list[Law]:
     """Free laws by the drop of the misfit that they promise in linear approximation, less the price of each
-    coefficient; only those that promise any."""
+    coefficient; only those that promise any. ``of_state``: none that only says what was when."""
     projection = Projection.of(fitted)
     laws = []
     for effect in FREE:
@@ -139,14 +161,16 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None) -> list[L
             continue
         free = EFFECTS[effect].free
         for driver in free.drivers if free is not None else ():
-            if driver not in fitted.problem.model.laws:
+            if driver not in fitted.problem.model.laws or (of_state and driver == _WHEN):
                 continue
             low, high = _range(fitted, driver)
             if not high > low:  # nor where it is no number
                 continue
             if progress:
                 progress()
-            law = _judged(fitted, projection, basis(effect, low, high, driver, _KNOTS, both_ways=True))
+            form = basis(effect, low, high, driver, _KNOTS, both_ways=True)
+            judged = [_judged(fitted, projection, form, lag) for lag in (_LAGS if free and free.lag else (None,))]
+            law = max((j for j in judged if j is not None), key=lambda j: j.gain, default=None)
             if law is not None and law.gain > fitted.problem.policy.least_drop:
                 laws.append(law)
     return sorted(laws, key=lambda law: -law.gain)
@@ -161,16 +185,23 @@ def _range(fitted: Fit, driver: str) -> tuple[float, float]:
     return (low - spare, high + spare) if high - low > 1e-6 * max(abs(high), 1e-12) else (low, low)
 
 
-def _judged(fitted: Fit, projection: Projection, form: Basis) -> Law | None:
-    """The best coefficients in linear approximation."""
+def _lag_of(effect: str) -> str:
+    """The parameter of a law that is the time in which it is reached; empty where it has none."""
+    free = EFFECTS[effect].free
+    return f'{effect}.{free.lag}' if free is not None and free.lag else ''
+
+
+def _judged(fitted: Fit, projection: Projection, form: Basis, lag: float | None) -> Law | None:
+    """The best coefficients in linear approximation, with this lag."""
     free = EFFECTS[form.effect].free
     assert free is not None
+    law = Law(form, np.zeros(len(form.names)), 0.0, lag)
     problem, unknowns = fitted.problem, fitted.z.size
     columns = []
     for k in range(len(form.names)):
         values = np.zeros(len(form.names))
         values[k] = _PROBE * free.width
-        changed = replace(problem, parameters=form.on(problem.parameters, values))
+        changed = replace(problem, parameters=law.on(problem.parameters, values))
         moved = changed.predictions(fitted.z)
         parts = [
             -problem.columns({name: (after[name] - shown)[:, None] for name, shown in before.items()}, j)[:, 0]
@@ -184,13 +215,14 @@ def _judged(fitted: Fit, projection: Projection, form: Basis) -> Law | None:
     normal = stacked.T @ stacked + form.prior.T @ form.prior
     reached = stacked.T @ projection.left
     values = np.linalg.solve(normal, -reached)
-    return Law(form, values, float(reached @ -values) - 2.0 * len(values))
+    return replace(law, values=values, gain=float(reached @ -values) - 2.0 * len(values))
 
 
 def refitted(fitted: Fit, law: Law) -> Fit:
-    """The fit with the law on, its coefficients unknown, from where the linear approximation sends them."""
+    """The fit with the law on, its coefficients unknown, from a little of what the linear approximation has."""
     problem, added = with_law(fitted.problem, law)
-    start = np.concatenate([fitted.z, [u.to_fit(_inside(u, v)) for u, v in zip(added, law.values, strict=True)]])
+    begun = [*(_BEGUN * law.values), *([] if law.lag is None else [law.lag])]
+    start = np.concatenate([fitted.z, [u.to_fit(_inside(u, v)) for u, v in zip(added, begun, strict=True)]])
     return fit(problem, start, rounds=_ROUNDS, tolerance=1e-5)
 
 
@@ -199,12 +231,15 @@ def _inside(unknown: Unknown, value: float) -> float:
 
 
 def with_law(problem: Problem, law: Law) -> tuple[Problem, tuple[Unknown, ...]]:
-    """The problem with a law's coefficients as further unknowns, around nothing; and these."""
+    """The problem with a law's coefficients as further unknowns, around nothing, and its lag; and these."""
     free = EFFECTS[law.basis.effect].free
     assert free is not None
     bounds = {name: SPECIFICATIONS[name] for name in law.basis.names}
     added = tuple(Unknown(name, 0.0, row.low, row.high, free.width) for name, row in bounds.items())
-    parameters = law.basis.on(problem.parameters, np.zeros(len(added)))
+    parameters = law.on(problem.parameters, np.zeros(len(added)))
+    if law.lag is not None:
+        row = SPECIFICATIONS[_lag_of(law.basis.effect)]
+        added = (*added, Unknown(_lag_of(law.basis.effect), law.lag, row.low, row.high, LOG_SPREAD, log=True))
     return replace(problem, parameters=parameters, unknowns=(*problem.unknowns, *added)), added
 
 

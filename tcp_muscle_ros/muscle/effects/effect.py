@@ -70,12 +70,14 @@ class Freedom:
 
     ``drivers``: name and unit of what the law may depend on, in the order of its parameter ``driver``. ``width``: the
     standard deviation of the law's values before anything is known, in the unit of its values; ``bend``: that of the
-    second differences between values at knots that lie a quarter of the driver's range apart.
+    second differences between values at knots that lie a quarter of the driver's range apart. ``lag``: the parameter
+    that is the time in which the law is reached, where one is.
     """
 
     drivers: Mapping[str, str]
     width: float
     bend: float
+    lag: str = ''
 
 
 @dataclass(frozen=True)
