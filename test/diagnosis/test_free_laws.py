@@ -63,6 +63,29 @@ def test_what_is_promising_is_the_law_that_is_there(bumpy):
 
 
 @pytest.fixture(scope='module')
+def warmed():
+    """A body in contact takes heat and gives it back: the surroundings warm by up to 5 K, a minute late."""
+    return basis('free_surroundings', 296.0, 365.0, 'temperature', 3).on(
+        TRUE.replace({'free_surroundings.tau': 60.0}), [0.0, 2.0, 5.0]
+    )
+
+
+def test_a_law_of_the_state_takes_the_place_of_a_room_that_it_beats(warmed):
+    plain = selected(warmed, ['ambient_drift', 'airflow', *LISTED])
+    assert [c.definition.circumstance for c in plain.chosen] == [True]
+    found = with_free_law(plain)
+    assert [(c.effect, c.nearest) for c in found.chosen] == [('free_surroundings', (plain.chosen[0].effect,))]
+    assert found.final.muscle['free_surroundings.tau'] == pytest.approx(60.0, rel=0.2)
+
+
+def test_a_room_that_drifts_by_itself_keeps_its_name():
+    drifts = TRUE.with_effects('ambient_drift').replace({'ambient_drift.a': 2.0, 'ambient_drift.b': 0.5})
+    found = selected(drifts, ['ambient_drift', *LISTED])
+    assert [c.effect for c in found.chosen] == ['ambient_drift']
+    assert with_free_law(found) is found
+
+
+@pytest.fixture(scope='module')
 def bent():
     """Natural convection of a form that is not the listed one: it stalls around 70 degC."""
     listed = TRUE.with_effects('natural_convection').replace({'natural_convection.n': 0.3})
@@ -102,6 +125,16 @@ def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes
     left = named_only_if_likely(found, lambda _: {weaker: 0.2})
     assert left.chosen == found.chosen[:1]
     assert weaker not in left.final.muscle.effects
+
+
+def test_an_end_that_turns_steadily_is_as_doubtful_as_any_other_beside_what_is_there():
+    """Sudden slips are seen one by one, and stay; of a steady leak that is an effect like others, they tell nothing."""
+    leaks = TRUE.with_effects('natural_convection', 'torsional_leakage').replace({'natural_convection.n': 0.3})
+    found = selected(leaks, ['natural_convection', 'torsional_leakage'])
+    assert {c.effect for c in found.chosen} == {'natural_convection', 'torsional_leakage'}
+    found = replace(found, chosen=tuple(sorted(found.chosen, key=lambda c: c.effect == 'torsional_leakage')))
+    left = named_only_if_likely(found, lambda _: {'torsional_leakage': 0.2})
+    assert [c.effect for c in left.chosen] == ['natural_convection']
 
 
 def test_the_best_of_the_listed_effects_has_no_name_where_it_leaves_more_than_it_explains():

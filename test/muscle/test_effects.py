@@ -59,6 +59,7 @@ CATALOGUE = {
     # Laws without a name, and so without a row.
     'free_conductance': ('', 'thermal'),
     'free_capacity': ('', 'thermal'),
+    'free_surroundings': ('', 'thermal'),
     'free_resistance': ('', 'electrical'),
     'free_stroke': ('', 'mechanical'),
     'free_stiffness': ('', 'mechanical'),

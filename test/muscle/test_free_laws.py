@@ -17,6 +17,7 @@ SHAPE = np.array([-0.2, 0.1, 0.5, 0.3, 0.8])  # of a table, in the law's unit ti
 SIZE = {
     'free_conductance': 0.3,
     'free_capacity': 0.3,
+    'free_surroundings': 5.0,
     'free_resistance': 0.1,
     'free_stroke': 5e-3,
     'free_stiffness': 0.2,
@@ -45,7 +46,7 @@ def run(p: Parameters, segments=PULSE):
     return simulate(p, time, [*currents, currents[-1]], load=[*loads, loads[-1]])
 
 
-def test_the_free_laws_are_those_of_the_contract_and_the_diagnosis_does_not_name_them_yet():
+def test_the_free_laws_are_these_and_no_listed_effect_is_one():
     assert set(FREE) == set(SIZE)
     assert {*FREE, 'stick_slip'} == set(EFFECTS) - set(LISTED)
 
@@ -153,6 +154,20 @@ def test_a_slow_state_and_each_delay_solve_their_equations():
     assert_same(run(seen), kelvin, contraction(kelvin), shown=core)
     kelvin, _ = solve(lambda t, y, i, load: lag(t, y, i, load, True), [296.15, 0.0], PULSE)
     assert_same(run(table('free_delay', stage='electrical', **given)), kelvin, contraction(kelvin))
+
+
+def test_surroundings_warm_with_the_muscle_and_give_it_back():
+    kelvin = (296.15, 330.0, 370.0)
+    warming = CubicSpline(kelvin, (0.0, 2.0, 6.0), bc_type='natural')
+
+    def state(t, y, i, load):
+        lost = 0.01933 * (y[0] - 296.15 - y[1])
+        return [(i**2 * ohms(y[0]) - lost) / 0.17, (warming(y[0]) - y[1]) / 20.0]
+
+    shown, z = solve(state, [296.15, 0.0], PULSE)
+    assert z.max() > 1.0
+    p = table('free_surroundings', kelvin, (0.0, 2.0, 6.0), tau=20.0)
+    assert_same(run(p), shown, contraction(shown))
 
 
 @pytest.mark.parametrize('stage', ['electrical', 'thermal', 'mechanical', 'sensor'])

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without
+from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
 from tcp_muscle_ros.diagnosis.search.selection import Selection
@@ -17,11 +18,12 @@ _PLAIN = 0.2  # of the misfit of the channel that is missed most, in noises: les
 def named_only_if_likely(selection: Selection, probabilities: Callable[[Selection], Mapping[str, float]]) -> Selection:
     """The selection without the weaker effects that are more likely absent than there, the least likely first.
 
-    The strongest stays whatever its probability: something is missing there, and its rivals stand beside it.
+    The strongest stays whatever its probability: something is missing there, and its rivals stand beside it. So do
+    sudden slips, which are seen one by one.
     """
     while True:
-        slips = selection.final.problem.model.roles.slips
-        weaker = [c.effect for c in selection.chosen[1:] if c.effect != slips]
+        sudden = selection.final.problem.model.roles.slips if slips.slipping(selection.final) else None
+        weaker = [c.effect for c in selection.chosen[1:] if c.effect != sudden]
         if not weaker:
             return selection
         probable = probabilities(selection)
@@ -37,8 +39,8 @@ def named_only_if_explained(selection: Selection) -> Selection:
     The evidence compares effects and does not vouch for any: the best of forty may be a poor one. Circumstances stay,
     which go as they like and have no form, and slips.
     """
-    slips = selection.final.problem.model.roles.slips
-    named = [c for c in selection.chosen if not (c.definition.circumstance or c.effect == slips)]
+    roles = selection.final.problem.model.roles
+    named = [c for c in selection.chosen if not (c.definition.circumstance or c.effect == roles.slips)]
     if not named or explained(selection) >= _EVEN:
         return selection
     for chosen in named:
