@@ -18,6 +18,7 @@ from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.muscle import EFFECTS
 
 _TRIED = 2
+_AS_WELL = 1.02  # times the error on unseen data
 _REAL = 0.25  # of the noise's variance: what a channel is missed by at least beyond it
 
 
@@ -39,7 +40,8 @@ def with_bent_form(found: Selection, progress: Callable[[], None] | None = None)
     laws = [law for law in promising(found.final, progress) if EFFECTS[law.basis.effect].stage in stages]
     for law in laws[:_TRIED]:
         better = refitted(start, law)
-        if penalised(better) < score and excess(better, found) < HALF * left and confirmation(start, better)[0].holds:
+        enough = penalised(better) < score and excess(better, found) < HALF * left
+        if enough and confirmation(start, better)[0].holds and _no_worse(found, better):
             best, score = better, penalised(better)
     return found if best is None else replace(found, bent=best, after=held_out(best, found.kept_back))
 
@@ -48,6 +50,13 @@ def _missed(found: Selection) -> bool:
     """Whether the model misses a channel by more than its noise, though it may be by less than the noise is."""
     missed = found.final.mean_square
     return any(missed[name] > (1.0 + _REAL) * s.noise.sigma**2 for name, s in found.structure_after.items())
+
+
+def _no_worse(found: Selection, bent: Fit) -> bool:
+    """Whether it predicts no channel of unseen data worse than the plain form: a table bends to what one recording has
+    alone, and may well be right of most of the others."""
+    plain, with_bend = held_out(found.final, found.kept_back).rmse(), held_out(bent, found.kept_back).rmse()
+    return all(with_bend[name] <= _AS_WELL * error for name, error in plain.items())
 
 
 def _held(fitted: Fit) -> Fit:

@@ -25,7 +25,7 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.free_basis import FREE, Basis, basis
 
-_KNOTS = 4
+_KNOTS, _FEWEST, _LEVELS = 4, 2, 12
 _TRIED = 2  # laws that are refitted beside, and instead of, what is there
 HALF = 0.5  # of what is left, that a law takes away at least
 _PROBE = 0.1  # of a coefficient's prior spread, by which its slope is taken
@@ -163,12 +163,13 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None, of_state:
         for driver in free.drivers if free is not None else ():
             if driver not in fitted.problem.model.laws or (of_state and driver == _WHEN):
                 continue
-            low, high = _range(fitted, driver)
+            seen = _seen(fitted, driver)
+            low, high, levels = _range(seen)
             if not high > low:  # nor where it is no number
                 continue
             if progress:
                 progress()
-            form = basis(effect, low, high, driver, _KNOTS, both_ways=True)
+            form = basis(effect, low, high, driver, min(max(levels - 1, _FEWEST), _KNOTS), both_ways=True)
             judged = [_judged(fitted, projection, form, lag) for lag in (_LAGS if free and free.lag else (None,))]
             law = max((j for j in judged if j is not None), key=lambda j: j.gain, default=None)
             if law is not None and law.gain > fitted.problem.policy.least_drop:
@@ -176,13 +177,22 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None, of_state:
     return sorted(laws, key=lambda law: -law.gain)
 
 
-def _range(fitted: Fit, driver: str) -> tuple[float, float]:
-    """Where a driver goes in the recordings; a constant one has none."""
+def _seen(fitted: Fit, driver: str) -> Array:
+    """What a driver was in the recordings, shape (samples of all)."""
     column = fitted.problem.model.laws[driver]
-    seen = np.concatenate([getattr(o, column) for o in fitted.outputs])
+    return np.concatenate([getattr(o, column) for o in fitted.outputs])
+
+
+def _range(seen: Array) -> tuple[float, float, int]:
+    """Where a driver goes, and at how many levels it was seen, such as loads that were hung; a constant one has none.
+
+    A curve with as many knots as levels goes through all of them, whatever it does between.
+    """
     low, high = float(seen.min()), float(seen.max())
+    if not high - low > 1e-6 * max(abs(high), 1e-12):
+        return low, low, 0
     spare = _MARGIN * (high - low)
-    return (low - spare, high + spare) if high - low > 1e-6 * max(abs(high), 1e-12) else (low, low)
+    return low - spare, high + spare, int(np.count_nonzero(np.histogram(seen, _LEVELS, (low, high))[0]))
 
 
 def _lag_of(effect: str) -> str:
