@@ -11,8 +11,8 @@ from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
 from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_leads
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
-from tcp_muscle_ros.diagnosis.search.bending import with_bent_form
-from tcp_muscle_ros.diagnosis.search.free_laws import promising, with_free_law
+from tcp_muscle_ros.diagnosis.search.bending import _no_worse, with_bent_form
+from tcp_muscle_ros.diagnosis.search.free_laws import _range, promising, with_free_law
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.muscle.free_basis import basis
 
@@ -62,6 +62,15 @@ def test_what_is_promising_is_the_law_that_is_there(bumpy):
     assert (first.basis.effect, first.basis.driver) == ('free_conductance', 'temperature')
 
 
+def test_a_law_has_fewer_knots_than_levels_at_which_its_driver_was_seen(bumpy):
+    """Two loads hung: a straight line over the force, whatever a curve might do between them."""
+    laws = promising(selected(bumpy, []).final)
+    assert {len(law.basis.at) for law in laws if law.basis.driver == 'temperature'} == {4}
+    assert {len(law.basis.at) for law in laws if law.basis.driver == 'force'} <= {2}
+    assert _range(np.array([0.3, 0.3, 0.6, 0.9]))[2] == 3
+    assert _range(np.array([0.3, 0.3])) == (0.3, 0.3, 0)
+
+
 @pytest.fixture(scope='module')
 def warmed():
     """A body in contact takes heat and gives it back: the surroundings warm by up to 5 K, a minute late."""
@@ -108,6 +117,12 @@ def test_a_law_where_the_listed_effect_acts_bends_its_form_and_is_handed_on_not_
         for m in (improved_muscle(named), handed)
     ]
     assert misses[1] < 0.8 * misses[0]
+
+
+def test_a_form_is_not_bent_where_unseen_data_are_predicted_worse(bent):
+    plain = selected(bent, ['natural_convection', *LISTED])
+    assert _no_worse(plain, plain.final)
+    assert not _no_worse(plain, plain.calibrated)
 
 
 def test_a_listed_form_that_fits_is_not_bent():
