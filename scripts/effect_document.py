@@ -48,8 +48,8 @@ the loop smaller for all of these but branch_cte, hysteresis and friction.
 **Unlisted laws.** `free_conductance`, `free_capacity`, `free_surroundings`, `free_resistance`, `free_stroke`,
 `free_stiffness`, `free_slow_state` and `free_delay` stand for physics that is not in this list. Each is a table (`at`,
 `value`, in SI, so temperatures in K) over a quantity (`driver`), interpolated by a natural cubic spline. Beyond its
-table a law is extended in a straight line, and the muscle is reported to be outside the model's domain. The default tables are
-examples. In a ROS parameter file write the numbers of an array all with a decimal point, or all without. The
+table a law is extended in a straight line, and the muscle is reported to be outside the model's domain. The default
+tables are examples. In a ROS parameter file write the numbers of an array all with a decimal point, or all without. The
 controller inverts the tables of stroke and stiffness. If a table makes the stroke turn back, it uses the branch up to
 the turn, and setpoints beyond it are refused. `stick_slip` moves at random instants, the same for the same seed.
 Where the listed effects leave an error,
