@@ -62,6 +62,7 @@ class Program:
         return self.process.wait(20)
 
 
+_FAREWELL = 0.5  # s
 FAILED = pytest.StashKey[bool]()
 
 
@@ -113,6 +114,8 @@ class Bench:
         self.kill(self.programs)
         self.executor.shutdown()
         self.thread.join(60.0)
+        # A participant that is taken down while it still learns that others have left has died in the middleware.
+        time.sleep(_FAREWELL)
         if not self.thread.is_alive():  # else what it still waits on would be pulled from under it
             self.node.destroy_node()
         rclpy.try_shutdown(context=self.context)
