@@ -1,6 +1,5 @@
 """A bench for tests on real processes: starts nodes, talks to them, and waits for what they do, never for a time."""
 
-import atexit
 import os
 import signal
 import subprocess
@@ -8,7 +7,6 @@ import sys
 import threading
 import time
 from contextlib import contextmanager
-from functools import lru_cache
 from itertools import dropwhile, pairwise
 
 import pytest
@@ -98,50 +96,26 @@ class Heard(list):
         return [message.data for message in dropwhile(lambda message: message.data != 0.0, self.since(moment))]
 
 
-@lru_cache(maxsize=1)
-def _listener():
-    """The node and the executor of this process, one for all of its modules.
-
-    It is not taken down before the process ends: now and then the middleware dies of that, with all tests to come.
-    """
-    context = Context()
-    rclpy.init(context=context, domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
-    node, executor = rclpy.create_node('bench', context=context), SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    thread = threading.Thread(target=executor.spin, daemon=True)
-    thread.start()
-
-    def end():
-        executor.shutdown()
-        thread.join(60.0)
-        rclpy.try_shutdown(context=context)
-
-    atexit.register(end)
-    return node, executor
-
-
 class Bench:
     def __init__(self, folder):
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
         self.folder = folder
-        self.node, self.executor = _listener()
-        self.before = {*self.node.publishers, *self.node.subscriptions, *self.node.clients}
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = rclpy.create_node('bench', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.thread = threading.Thread(target=self.executor.spin, daemon=True)
+        self.thread.start()
         self.programs = []
 
     def close(self):
         self.kill(self.programs)
-        self.until(self.executor.create_task(self._let_go).done, 'the bench itself hangs')
-
-    def _let_go(self):
-        """What this module listened to and said, in the executor's own thread."""
-        node = self.node
-        for kind, destroy in (
-            (node.subscriptions, node.destroy_subscription),
-            (node.publishers, node.destroy_publisher),
-            (node.clients, node.destroy_client),
-        ):
-            for one in [one for one in kind if one not in self.before]:
-                destroy(one)
+        self.executor.shutdown()
+        self.thread.join(60.0)
+        if not self.thread.is_alive():  # else what it still waits on would be pulled from under it
+            self.node.destroy_node()
+        rclpy.try_shutdown(context=self.context)
 
     def kill(self, programs):
         """Those that still run; each of them takes its share of the machine from the tests that follow."""
