@@ -131,6 +131,14 @@ class Bench:
             arguments += ['-p', f'{key}:={text}']
         return self.run(['-m', f'tcp_muscle_ros.nodes.{name}', '--ros-args', *arguments], f'{namespace}_{name}')
 
+    def start_uncompiled(self, name, namespace, cache, *more):
+        """A node for which nothing is compiled yet: its cache is an empty folder."""
+        begin = (
+            f"import os, sys; os.environ.update(XDG_CACHE_HOME='{cache}', TMPDIR='{cache}')\n"
+            f'from tcp_muscle_ros.nodes.{name} import main\nsys.exit(main())'
+        )
+        return self.run(['-c', begin, '--ros-args', '-r', f'__ns:=/{namespace}', *more], namespace)
+
     def run(self, command, label, stdin=None):
         """A Python process."""
         program = Program(command, self.folder / f'{label.replace("/", "_")}_{len(self.programs)}.txt', stdin)

@@ -22,15 +22,7 @@ WATCHDOG = 0.25  # s, the board's own
 
 
 def test_it_needs_no_model_and_compiles_none(bench, tmp_path):
-    program = bench.run(
-        [
-            '-c',
-            f"import os, sys; os.environ.update(XDG_CACHE_HOME='{tmp_path}', TMPDIR='{tmp_path}')\n"
-            'from tcp_muscle_ros.nodes.serial_driver_node import main\nsys.exit(main())',
-            *('--ros-args', '-r', '__ns:=/uncompiled', '-p', f'port:={tmp_path}/none'),
-        ],
-        'uncompiled',
-    )
+    program = bench.start_uncompiled('serial_driver_node', 'uncompiled', tmp_path, '-p', f'port:={tmp_path}/none')
     bench.until(lambda: 'the serial port is gone' in program.said(), 'it does not start', 120.0)
     assert 'compiling' not in program.said()
     assert program.end(signal.SIGINT) == 0

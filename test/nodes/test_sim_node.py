@@ -389,15 +389,7 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
 
 def test_a_first_start_says_that_it_compiles_and_how_far_it_is(bench, tmp_path):
     """With an empty cache of compiled code; test_serial_driver.py has a node that needs none."""
-    program = bench.run(
-        [
-            '-c',
-            f"import os, sys; os.environ.update(XDG_CACHE_HOME='{tmp_path}', TMPDIR='{tmp_path}')\n"
-            'from tcp_muscle_ros.nodes.sim_node import main\nsys.exit(main())',
-            *('--ros-args', '-r', '__ns:=/first_start'),
-        ],
-        'first_start',
-    )
+    program = bench.start_uncompiled('sim_node', 'first_start', tmp_path)
     bench.until(lambda: 'compiling, 1 of 5: ' in program.said(), 'it compiles in silence', 120.0)
     assert 'compiling the model for this machine, 15 to 40 s; later starts find it' in program.said()
     program.kill()

@@ -170,7 +170,7 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None, of_state:
             if progress:
                 progress()
             form = basis(effect, low, high, driver, min(max(levels - 1, _FEWEST), _KNOTS), both_ways=True)
-            judged = [_judged(fitted, projection, form, lag) for lag in (_LAGS if free and free.lag else (None,))]
+            judged = [_judged(fitted, projection, form, lag) for lag in (_LAGS if _lag_of(effect) else (None,))]
             law = max((j for j in judged if j is not None), key=lambda j: j.gain, default=None)
             if law is not None and law.gain > fitted.problem.policy.least_drop:
                 laws.append(law)
@@ -248,8 +248,8 @@ def with_law(problem: Problem, law: Law) -> tuple[Problem, tuple[Unknown, ...]]:
     added = tuple(Unknown(name, 0.0, row.low, row.high, free.width) for name, row in bounds.items())
     parameters = law.on(problem.parameters, np.zeros(len(added)))
     if law.lag is not None:
-        row = SPECIFICATIONS[_lag_of(law.basis.effect)]
-        added = (*added, Unknown(_lag_of(law.basis.effect), law.lag, row.low, row.high, LOG_SPREAD, log=True))
+        row = SPECIFICATIONS[name := _lag_of(law.basis.effect)]
+        added = (*added, Unknown(name, law.lag, row.low, row.high, LOG_SPREAD, log=True))
     return replace(problem, parameters=parameters, unknowns=(*problem.unknowns, *added)), added
 
 
