@@ -279,7 +279,7 @@ class TwinNode(Node):  # type: ignore[misc]
                     'state': 'waits' if silent else twin.state.value,
                     'stage': difference.stage if difference else 'none',
                     'channel': difference.channel if difference else 'none',
-                    'since_s': number(difference.since if difference else None),
+                    'differs_for_s': number(self._then - difference.since if difference else None),
                     'sure': number(difference.sure if difference else None),
                     'alarms': str(self._alarms),
                     'hottest_c': number(twin.hottest - ZERO_CELSIUS),
