@@ -1,27 +1,30 @@
-"""Write config/sros2_policy.xml: for each node of one muscle the topics and services that it has, and no more.
+"""Write SROS 2 policies: for each node the topics and services that it has, and no more.
 
-python scripts/make_sros2_policy.py      # starts the nodes and asks them
+python scripts/make_sros2_policy.py      # those of config/: starts the nodes and asks them
+python scripts/make_sros2_policy.py --params-file hand.yaml --output policy.xml      # of muscles and joints of your own
 """
 
+import argparse
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import rclpy
 from rclpy.node import Node
 
-ROOT = Path(__file__).resolve().parents[1]
-FILE = ROOT / 'config' / 'sros2_policy.xml'
+CONFIG = Path(__file__).resolve().parents[1] / 'config'
 NODES = ('sim_node', 'controller_node', 'serial_driver_node', 'twin_node')
+OF_MANY = ('sim_node', 'controller_node')  # which take a list of muscles, and of joints
 HEAD = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <!--
-  SROS 2 policy: the least that each node of one muscle needs. Made by scripts/make_sros2_policy.py from the running
-  nodes, and held against them by test/nodes/test_security.py. For a muscle in a namespace write it in place of ns="/".
+  SROS 2 policy: the least that each node of {whom} needs. Made by scripts/make_sros2_policy.py from
+  the running nodes, and held against them by test/nodes/test_security.py. {elsewhere}
   Simulated time (/clock, /lockstep/tick, /lockstep/done) is left out: whoever sets the clock holds the watchdogs.
 
-  ros2 security create_keystore keys && ros2 security generate_artifacts -k keys -p config/sros2_policy.xml
+  ros2 security create_keystore keys && ros2 security generate_artifacts -k keys -p config/{name}
 -->
 <policy version="0.2.0">
   <enclaves>
@@ -46,20 +49,20 @@ def access_of(asker: Node, name: str, namespace: str) -> Access:
     }
 
 
-def settled(asker: Node) -> dict[str, Access]:
+def settled(asker: Node, nodes: Sequence[str]) -> dict[str, Access]:
     """What all nodes have, once each is up (``~/reset``) and nothing was added for 5 s."""
     found: dict[str, Access] = {}
     since = time.monotonic()
-    while time.monotonic() - since < 5.0 or len(found) < len(NODES):
+    while time.monotonic() - since < 5.0 or len(found) < len(nodes):
         rclpy.spin_once(asker, timeout_sec=0.2)
-        there = [name for name in NODES if name in asker.get_node_names()]
+        there = [name for name in nodes if name in asker.get_node_names()]
         now = {name: access for name in there if f'{name}/reset' in (access := access_of(asker, name, '/'))['reply']}
         if now != found:
             found, since = now, time.monotonic()
     return found
 
 
-def policy(accesses: dict[str, Access]) -> str:
+def policy(accesses: dict[str, Access], head: str) -> str:
     """The policy file's text."""
     lines = []
     for node, access in accesses.items():
@@ -75,21 +78,48 @@ def policy(accesses: dict[str, Access]) -> str:
                 lines += [f'            <service>{service}</service>' for service in access[kind]]
                 lines.append('          </services>')
         lines += ['        </profile>', '      </profiles>', '    </enclave>']
-    return HEAD + '\n'.join(lines) + '\n  </enclaves>\n</policy>\n'
+    return head + '\n'.join(lines) + '\n  </enclaves>\n</policy>\n'
 
 
-def main() -> int:
-    rclpy.init()
+def write(file: Path, params_file: Path | None) -> None:
+    """Start the nodes of one muscle, or of the muscles and joints of a parameter file, and write what they have."""
+    nodes = NODES if params_file is None else OF_MANY
+    arguments = [] if params_file is None else ['--ros-args', '--params-file', str(params_file)]
+    if params_file is None:
+        whom, elsewhere = 'one muscle', 'For a muscle in a namespace\n  write it in place of ns="/".'
+    else:
+        whom, elsewhere = f'the joint of {params_file.name}', 'Other names have\n  other topics.'
+    command = [sys.executable, '-m']
     asker = rclpy.create_node('asker')
-    processes = [subprocess.Popen([sys.executable, '-m', f'tcp_muscle_ros.nodes.{name}']) for name in NODES]
+    processes = [subprocess.Popen([*command, f'tcp_muscle_ros.nodes.{name}', *arguments]) for name in nodes]
     try:
-        FILE.write_text(policy(settled(asker)), encoding='utf-8')
+        found = settled(asker, nodes)
     finally:
         for process in processes:
             process.terminate()
             process.wait()
+        asker.destroy_node()
+    file.write_text(policy(found, HEAD.format(whom=whom, elsewhere=elsewhere, name=file.name)), encoding='utf-8')
+    print(f'wrote {file}')
+
+
+def main() -> int:
+    """Without arguments the policies of config/."""
+    parser = argparse.ArgumentParser(description='Write SROS 2 policies from the running nodes.')
+    parser.add_argument('--params-file', type=Path, help='muscles and joints of your own')
+    parser.add_argument('--output', type=Path, help='where their policy goes')
+    args = parser.parse_args()
+    if (args.params_file is None) != (args.output is None):
+        parser.error('--params-file and --output go together')
+    rclpy.init()
+    try:
+        if args.output:
+            write(args.output, args.params_file)
+        else:
+            write(CONFIG / 'sros2_policy.xml', None)
+            write(CONFIG / 'sros2_policy_joint.xml', CONFIG / 'antagonist.yaml')
+    finally:
         rclpy.shutdown()
-    print(f'wrote {FILE.relative_to(ROOT)}')
     return 0
 
 

@@ -1,4 +1,4 @@
-"""config/sros2_policy.xml gives each node what it has, and no more."""
+"""The policies of config/ give each node what it has, and no more."""
 
 from pathlib import Path
 from xml.etree import ElementTree
@@ -8,14 +8,15 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 pytest.importorskip('serial', reason='needs pyserial, the extra hardware')
 
-ROOT = Path(__file__).resolve().parents[2]
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+JOINT = CONFIG / 'antagonist.yaml'  # two muscles and a joint, of which sros2_policy_joint.xml is
 COMMON = ('/diagnostics', '/rosout', '/parameter_events', '/clock')
 pytestmark = pytest.mark.processes
 
 
-def allowed():
-    """(node, kind) -> names, of the policy."""
-    policy = ElementTree.parse(ROOT / 'config' / 'sros2_policy.xml').getroot()
+def allowed(file):
+    """(node, kind) -> names, of a policy."""
+    policy = ElementTree.parse(CONFIG / file).getroot()
     found = {}
     for enclave in policy.iter('enclave'):
         (profile,) = enclave.iter('profile')
@@ -32,10 +33,9 @@ def relative(names_and_types, namespace):
     return {name if name in COMMON else name.removeprefix(namespace + '/') for name in names}
 
 
-@pytest.mark.parametrize('node', ['sim_node', 'controller_node', 'serial_driver_node', 'twin_node'])
-def test_a_node_has_exactly_the_topics_and_services_of_the_policy(bench, node):
-    policy, namespace = allowed(), f'/secure_{node}'
-    program = bench.start(node, namespace.strip('/'))
+def holds(bench, policy, node, namespace, *arguments):
+    """Whether a running node has exactly what the policy allows it."""
+    program = bench.start(node, namespace.strip('/'), *arguments)
     asks = {
         'publish': bench.node.get_publisher_names_and_types_by_node,
         'subscribe': bench.node.get_subscriber_names_and_types_by_node,
@@ -53,3 +53,25 @@ def test_a_node_has_exactly_the_topics_and_services_of_the_policy(bench, node):
 
     bench.until(as_allowed, f'{node} has other topics', 10.0)
     program.kill()
+
+
+@pytest.mark.parametrize('node', ['sim_node', 'controller_node', 'serial_driver_node', 'twin_node'])
+def test_a_node_has_exactly_the_topics_and_services_of_the_policy(bench, node):
+    holds(bench, allowed('sros2_policy.xml'), node, f'/secure_{node}')
+
+
+@pytest.mark.parametrize('node', ['sim_node', 'controller_node'])
+def test_so_has_a_node_of_two_muscles_on_a_joint(bench, node):
+    policy = allowed('sros2_policy_joint.xml')
+    holds(bench, policy, node, f'/secure_joint_{node}', '--params-file', str(JOINT))
+    assert {name for name, _ in policy} == {'sim_node', 'controller_node'}
+
+
+def test_who_commands_a_joint_commands_no_muscle():
+    """Of the joint's nodes only the controller may say what current flows."""
+    policy = allowed('sros2_policy_joint.xml')
+    commands = {'flexor/current_command', 'extensor/current_command'}
+    assert commands <= policy['controller_node', 'publish'] and commands <= policy['sim_node', 'subscribe']
+    assert not commands & policy['sim_node', 'publish']
+    assert {'knuckle/angle', 'knuckle/angle_setpoint'} <= policy['controller_node', 'subscribe']
+    assert 'knuckle/angle' in policy['sim_node', 'publish']

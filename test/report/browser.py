@@ -82,6 +82,8 @@ def browser(profile):
     to_browser, ours = os.pipe()
     come, from_browser = os.pipe()
     options = ['--headless=new', '--no-sandbox', '--disable-gpu', '--no-first-run', '--remote-debugging-pipe']
+    # It loads files alone: nothing of the browser's own is to be fetched meanwhile.
+    options += ['--disable-quic', '--disable-background-networking', '--disable-component-update', '--disable-sync']
     options += [f'--user-data-dir={profile}']
     process = subprocess.Popen(
         ['bash', '-c', f'exec "$0" "$@" 3<&{to_browser} 4>&{from_browser}', PROGRAM, *options],
