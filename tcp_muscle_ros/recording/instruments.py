@@ -22,6 +22,7 @@ _SLOWEST_TONE = 0.5  # Hz
 _DRIVEN = 10.0  # times the typical line of the drive's spectrum: then the tone is the drive's
 _SWITCHES = 3  # at least, at which a channel steps
 _SURE = 5.0  # standard errors
+_ROUNDED = 1e-9  # of a channel's largest value: less is the last bit of a number, and no instrument's
 _OFF = 0.03  # of a power or resistance, by which instruments contradict each other
 _LEADS = np.arange(0.25, 5.01, 0.25)  # s, by which a channel may be ahead
 _LEAST_GRID = 0.25  # s
@@ -112,7 +113,8 @@ def _steps_at_switches(recording: Recording, channel: Channel, drive: Channel) -
     bend = float(
         np.median(np.abs(channel.value[k + 3] - channel.value[k] - channel.value[k - 1] + channel.value[k - 4]))
     )
-    if abs(size) > _SURE * scatter / np.sqrt(k.size) and abs(size) > max(3.0 * usual, bend):
+    rounding = _ROUNDED * float(np.max(np.abs(channel.value)))
+    if abs(size) > _SURE * scatter / np.sqrt(k.size) and abs(size) > max(3.0 * usual, bend, rounding):
         unit = {'temperature': (1.0, 'K'), 'displacement': (1e3, 'mm'), 'force': (1.0, 'N')}[channel.name]
         told = (
             f'{channel.name}: steps by {size * unit[0]:+.3g} {unit[1]} at each of {k.size} switches of the {drive.name}'

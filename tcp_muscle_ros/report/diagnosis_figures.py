@@ -39,6 +39,7 @@ _MOST_BARS = 12
 _BINS = 16
 _CYCLES_SHOWN = 8
 _STEP = 0.15  # of a cycle's stroke between neighbours is a step of the load
+_WARMS = 0.05  # of the largest rate of temperature is no rest
 _GAP = 5.0  # intervals: after a longer pause a line is interrupted
 Places = NDArray[np.intp]
 
@@ -142,7 +143,7 @@ def shaded(diagnosis: Diagnosis, k: int) -> list[tuple[float, float]]:
 
 
 def draw_driver(path: Path, diagnosis: Diagnosis) -> Said | None:
-    """The residual against what it goes with, heating and cooling apart, before and after."""
+    """The residual against what it goes with, warming and cooling apart, before and after."""
     if not diagnosis.series:
         return None
     channel = telling_channel(diagnosis)
@@ -151,7 +152,7 @@ def draw_driver(path: Path, diagnosis: Diagnosis) -> Said | None:
     if not mine:
         return None
     x = np.concatenate([_driver(s, variable, series) for s, series in _owners(diagnosis, channel)])
-    heating = np.concatenate([s.heating > 0.5 for s in mine])
+    warms = np.concatenate([s.rate > 0.0 for s in mine])
     unit, factor = SHOWN[channel]
     figure, axes = canvas(1, 2, height=3.6, sharey=True)
     for axis, model in zip(axes, compared(diagnosis), strict=True):
@@ -159,7 +160,7 @@ def draw_driver(path: Path, diagnosis: Diagnosis) -> Said | None:
         band = 2.0 * factor * diagnosis.noise.get(channel, float('nan'))
         if np.isfinite(band):
             axis.axhspan(-band, band, color=RECORDED, alpha=0.12, linewidth=0, label='noise')
-        for phase, colour, name in ((heating, HEATING, 'drive on'), (~heating, COOLING, 'drive off')):
+        for phase, colour, name in ((warms, HEATING, 'warming'), (~warms, COOLING, 'cooling')):
             if not phase.any():
                 continue
             few = thin(int(phase.sum()))
@@ -172,7 +173,7 @@ def draw_driver(path: Path, diagnosis: Diagnosis) -> Said | None:
     axes[0].legend(fontsize=8, frameon=False)
     save(figure, path)
     goes = _DRIVERS[variable].split(' (')[0]
-    what = f'Recorded minus model against {goes}, all recordings, drive on and off apart; lines are means.'
+    what = f'Recorded minus model against {goes}, all recordings, warming and cooling apart; lines are means.'
     one, two = (model.label for model in compared(diagnosis))
     return Said(what, f'Two scatter plots of what each model leaves of the {channel} against {goes}: {one}, and {two}')
 
@@ -196,7 +197,7 @@ def draw_loop(path: Path, diagnosis: Diagnosis) -> Said | None:
         if np.isfinite(band):
             axis.axhspan(-band, band, color=RECORDED, alpha=0.12, linewidth=0)
         axis.plot(warm, left, color=OTHER, linewidth=0.6, alpha=0.6)
-        for phase, colour, name in ((moved.heating > 0.5, HEATING, 'drive on'), (moved.heating <= 0.5, COOLING, 'off')):
+        for phase, colour, name in ((moved.rate > 0.0, HEATING, 'warming'), (moved.rate <= 0.0, COOLING, 'cooling')):
             axis.plot(warm[phase[few]], left[phase[few]], '.', color=colour, markersize=3, label=name)
         axis.set_title(model.label, fontsize=10)
         axis.set_xlabel('fibre temperature (degC)')
@@ -334,8 +335,10 @@ def _name(diagnosis: Diagnosis, k: int) -> str:
 
 
 def _switches(s: Series) -> Array:
-    """Instants at which the drive comes on."""
+    """Instants at which the drive comes on, or the muscle begins to warm where the drive is never off."""
     on = s.heating > 0.5
+    if on.all():
+        on = s.rate > _WARMS * np.max(np.abs(s.rate))
     return np.asarray(s.time[1:][on[1:] & ~on[:-1]])
 
 
@@ -369,7 +372,7 @@ _DRIVERS = {
     'rate': 'rate of temperature (K/s)',
     'since_switch': 'time since the drive was switched (s)',
     'elapsed': 'elapsed time (s)',
-    'displacement': 'contraction (mm)',
+    'displacement': 'displacement (mm)',
 }
 
 

@@ -29,6 +29,7 @@ from tcp_muscle_ros.report.words import (
     digits_text,
     error_text,
     interval_text,
+    listed,
     meaning,
     number,
     own_parameters,
@@ -158,7 +159,7 @@ def _location(d: Diagnosis) -> str:
     where = d.location
     said = f'{where.stage[0].upper()}{where.stage[1:]} stage; the error is largest in the {where.channel}'
     if where.phases:
-        said += f', in {" and ".join(where.phases)}'
+        said += f', in {listed(where.phases)}'
     said += '.'
     if where.drivers:
         largest = ', '.join(f'{range_text(driver)} ({percent(driver.share)} of it)' for driver in where.drivers)

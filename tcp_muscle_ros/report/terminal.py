@@ -12,6 +12,7 @@ from tcp_muscle_ros.report.words import (
     chance,
     digits_text,
     error_text,
+    listed,
     number,
     own_parameters,
     parameter_text,
@@ -71,7 +72,7 @@ def _location(d: Diagnosis) -> list[str]:
         return []
     where = f'where: {d.location.stage} stage, {d.location.channel}'
     if d.location.phases:
-        where += f', {" and ".join(d.location.phases)}'
+        where += f', {listed(d.location.phases)}'
     for driver in d.location.drivers:
         longer = f'{where}; largest at {range_text(driver)}'
         where = longer if len(longer) <= WIDTH else where

@@ -19,6 +19,7 @@ from tcp_muscle_ros.report.tables import SHOWN
 
 MOST_VALUES = 400_000  # of all series together: 2 MB in the page
 _CURVES = 4  # of a channel: time, recorded, two models
+_LABELS = {**CHANNEL_AXIS, 'displacement': 'stroke: displacement (mm)'}  # both words stand in the page
 
 
 def viewer_data(diagnosis: Diagnosis) -> dict[str, Any] | None:
@@ -62,7 +63,7 @@ def _channel(diagnosis: Diagnosis, s: Series, most: int) -> dict[str, Any]:
     unit, factor = SHOWN[s.channel]
     return {
         'channel': s.channel,
-        'label': CHANNEL_AXIS[s.channel],
+        'label': _LABELS[s.channel],
         'unit': unit,
         'noise': noise * factor if np.isfinite(noise) else None,
         'time': _packed(s.time[few]),

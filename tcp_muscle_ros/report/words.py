@@ -1,6 +1,7 @@
 """Numbers and names of a diagnosis as people read them: mm and mN, absolute temperatures in degC, few digits."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
 
@@ -32,6 +33,11 @@ _DRIVER_UNITS = {
     'cycle': '',
 }
 _PER_RECORDING = re.compile(rf'^({AMBIENT}|{START})(?![\w.])')
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence: ``heating, cooling and rest``."""
+    return ' and '.join(filter(None, [', '.join(names[:-1]), names[-1]]))
 
 
 def is_absolute(name: str) -> bool:

@@ -49,6 +49,16 @@ def test_the_headline_points_to_where_the_misfit_is_largest_and_not_to_where_the
     assert 'while heating, the recorded temperature is on average 0.' in told(place)
 
 
+def test_a_muscle_that_cools_under_a_small_current_is_not_said_to_heat():
+    """0.05 A, that keep the resistance readable, are on: what is missed there is missed while cooling."""
+    run = experiment(('temperature',), drive=np.where(TIME < 25.0, 0.27, 0.05), muscle=TRUE)
+    missed = np.where((TIME > 29.0) & (TIME < 40.0), 0.5, 0.02)
+    run.observed['temperature'].value[:] += missed
+    fitted = fit(Problem((run,), TRUE, (), quick_noise([run])), np.zeros(0), rounds=0)
+    place = locate(fitted, {'temperature': Structure(Noise(0.2), 1.0, 100.0, 1, (missed,), True)}, 'temperature')
+    assert place.phases == ('cooling',)
+
+
 def told(location, **more):
     fits = {'temperature': ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.6, 0.2))}
     return headline('missing_physics', [FINDING], location, {**fits, **more}, None)

@@ -77,6 +77,17 @@ def test_a_step_at_each_switch_is_named(sound):
     assert 'at each of 4 switches of the current, faster than heat' in found['temperature', 'switch']
 
 
+def test_the_last_bit_of_a_number_is_no_step(sound):
+    """A force that was computed from a load: it is constant but for its rounding, which goes with the state."""
+    drive = sound['current']
+
+    def rounded(time, value):
+        on = drive.value[np.clip(np.searchsorted(drive.time, time + 1e-9, side='right') - 1, 0, None)]
+        return time, 0.5 + 4e-16 * (on > 0.5 * on.max())
+
+    assert named(changed(sound, 'displacement', rounded)) == {}
+
+
 def test_voltage_and_current_that_are_both_high_contradict_a_power():
     time = np.arange(300) / 10.0
     on = (time % 10.0) < 5.0

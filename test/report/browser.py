@@ -84,6 +84,7 @@ def browser(profile):
     options = ['--headless=new', '--no-sandbox', '--disable-gpu', '--no-first-run', '--remote-debugging-pipe']
     # It loads files alone: nothing of the browser's own is to be fetched meanwhile.
     options += ['--disable-quic', '--disable-background-networking', '--disable-component-update', '--disable-sync']
+    options += ['--disable-dev-shm-usage']  # a container's is small
     options += [f'--user-data-dir={profile}']
     process = subprocess.Popen(
         ['bash', '-c', f'exec "$0" "$@" 3<&{to_browser} 4>&{from_browser}', PROGRAM, *options],

@@ -21,6 +21,7 @@ from tcp_muscle_ros.report import words
 from tcp_muscle_ros.report.diagnosis_figures import (
     compared,
     draw_all,
+    draw_loop,
     telling_channel,
     telling_recording,
     thin,
@@ -312,6 +313,16 @@ def test_figures_show_what_there_is(made, reports):
     assert drawn['match'] == {'channels', 'driver', 'loop'}
     assert drawn['insufficient_data'] == set()
     assert all(path.stat().st_size > 5000 for path in reports.glob('*/figures/*.png'))
+
+
+def test_one_cycle_is_drawn_where_the_drive_is_never_off(made, tmp_path):
+    """As under the small current that keeps the resistance readable: a cycle begins where the muscle begins to warm."""
+    d, _ = made['creep']
+    always = [tuple(replace(s, heating=np.ones(s.heating.size)) for s in series) for series in d.series]
+    for name, series in (('sometimes', d.series), ('always', tuple(always))):
+        caption = draw_loop(tmp_path / f'{name}.png', replace(d, series=series)).caption
+        start, end = (float(part.split(' s')[0]) for part in caption.split('(')[1].split(' to '))
+        assert 0.0 < end - start < 0.5 * np.ptp(d.series[1][0].time), caption
 
 
 def test_figures_speak_of_the_recording_and_channel_that_show_most(made):

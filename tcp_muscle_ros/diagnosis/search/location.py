@@ -115,12 +115,12 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
 
 def _phases(seen: Sequence[Drivers]) -> dict[str, Mask]:
     rate = np.concatenate([d.rate for d in seen])
-    on = np.concatenate([d.heating for d in seen]) > 0.5
+    warms = rate > 0.0  # not whether the drive is on: a muscle cools under the small current that reads its resistance
     fresh = np.concatenate([d.since_switch for d in seen]) < _TRANSITION
     still = np.abs(rate) < _STEADY * max(float(np.max(np.abs(rate))), 1e-12)
     return {
-        'heating': on & ~still & ~fresh,
-        'cooling': ~on & ~still & ~fresh,
+        'heating': warms & ~still & ~fresh,
+        'cooling': ~warms & ~still & ~fresh,
         'rest': still & ~fresh,
         'transition': fresh,
     }
