@@ -36,13 +36,20 @@ def test_what_comes_by_pip_is_said_with_what_ubuntu_needs_for_it(known):
     assert 'python3 -m pip install --break-system-packages mcap' in README
 
 
-def test_with_ros_says_what_it_needs_where_no_ros_is_sourced():
+@pytest.mark.parametrize(('argument', 'code'), [('--needs', 0), ('--need', 2)])
+def test_with_ros_says_what_it_needs(argument, code):
     done = subprocess.run(
-        [ROOT / 'scripts' / 'with_ros'], env={'PATH': '/usr/bin:/bin'}, capture_output=True, text=True
+        [ROOT / 'scripts' / 'with_ros', argument], env={'PATH': '/usr/bin:/bin'}, capture_output=True, text=True
     )
-    assert done.returncode == 2
-    for package in ('ros2launch', 'ros2bag', 'controller_manager', 'joint_state_topic_hardware_interface'):
-        assert package in done.stderr
+    assert done.returncode == code
+    script = (ROOT / 'scripts' / 'with_ros').read_text(encoding='utf-8').replace('\\\n', '')
+    needed = set(' '.join(re.findall(r'^(?:if )?needs ([\w ]+)', script, re.MULTILINE)).split())
+    assert {'ros2bag', 'joint_state_topic_hardware_interface', 'ament_pep257'} <= needed
+    assert all((package in done.stdout) == (code == 0) for package in needed), needed
+
+
+def test_ci_tries_with_ros_and_takes_its_answer():
+    assert './scripts/with_ros\n' in (ROOT / '.ci' / 'run').read_text(encoding='utf-8')
 
 
 def test_with_ros_tries_every_launch_file():
