@@ -83,7 +83,7 @@ def test_the_last_bit_of_a_number_is_no_step(sound):
 
     def rounded(time, value):
         on = drive.value[np.clip(np.searchsorted(drive.time, time + 1e-9, side='right') - 1, 0, None)]
-        return time, 0.5 + 4e-16 * (on > 0.5 * on.max())
+        return time, 0.5 + 1e-12 * (on > 0.5 * on.max())
 
     assert named(changed(sound, 'displacement', rounded)) == {}
 

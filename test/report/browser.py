@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import select
 import shutil
 import subprocess
 import time
@@ -52,16 +53,24 @@ class Page:
 
     def _until(self, wanted):
         end = time.monotonic() + _PATIENCE
-        while time.monotonic() < end:
+        while True:
             while b'\0' not in self._rest:
-                self._rest += os.read(self._come, 1 << 20)
+                self._rest += self._more(end)
             line, _, self._rest = self._rest.partition(b'\0')
             message = json.loads(line)
             self._hear(message)
             if wanted(message):
                 assert 'error' not in message, message
                 return message
-        raise TimeoutError('the browser does not answer')
+
+    def _more(self, end):
+        """What the browser says next. TimeoutError: nothing until ``end``; EOFError: it is gone."""
+        if not select.select([self._come], [], [], max(end - time.monotonic(), 0.0))[0]:
+            raise TimeoutError('the browser does not answer')
+        said = os.read(self._come, 1 << 20)
+        if not said:
+            raise EOFError('the browser has ended')
+        return said
 
     def _hear(self, message):
         method, said = message.get('method'), message.get('params', {})
@@ -98,6 +107,10 @@ def browser(profile):
         yield Page(ours, come)
     finally:
         process.terminate()
-        process.wait(20)
+        try:
+            process.wait(20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
         os.close(ours)
         os.close(come)
