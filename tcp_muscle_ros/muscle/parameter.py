@@ -11,7 +11,7 @@ class Parameter:
 
     ``choices``: the value is the place of one of these names; ``spelled``: people and ROS write that name. ``fitted``
     False: a fit leaves it as it is. ``crossed``: the output (a name of Outputs) that has to cross this value for the
-    effect to begin or end.
+    effect to begin or end; ``around``: the parameter of the same effect that says how far from there it is felt.
     """
 
     name: str
@@ -25,6 +25,7 @@ class Parameter:
     choices: tuple[str, ...] = ()
     fitted: bool = True
     crossed: str = ''
+    around: str = ''
     spelled: bool = False
 
     @property

@@ -36,11 +36,10 @@ def named_only_if_likely(selection: Selection, probabilities: Callable[[Selectio
 def named_only_if_explained(selection: Selection) -> Selection:
     """The selection without its effects where they leave more than they take in every channel; these are its ``leads``.
 
-    The evidence compares effects and does not vouch for any: the best of forty may be a poor one. Circumstances stay,
-    which go as they like and have no form, and slips.
+    The evidence compares effects and does not vouch for any: the best of forty may be a poor one. A course that wiggles
+    looks like slips here and there, too. Circumstances stay, which go as they like and have no form.
     """
-    roles = selection.final.problem.model.roles
-    named = [c for c in selection.chosen if not (c.definition.circumstance or c.effect == roles.slips)]
+    named = [c for c in selection.chosen if not c.definition.circumstance]
     if not named or explained(selection) >= _EVEN:
         return selection
     for chosen in named:

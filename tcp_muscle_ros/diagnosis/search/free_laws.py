@@ -4,7 +4,8 @@ A free law bends to much, so it is taken only where it explains half of what is 
 cost, and where unseen data confirm it. It takes the place of a listed effect only where that leaves a misfit, does not
 explain nearly all, and the law leaves half of it at most: what the listed form merely misses of the muscle's own is no
 reason to lose its name (``bending``). A room or a draught has no form, and bends to much itself: a law of the muscle's
-state takes its place wherever it fits better, for a room does not know what state the muscle is in.
+state takes its place wherever it fits better, for a room does not know what state the muscle is in; unless runs of one
+protocol differ by what that law leaves.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,6 +15,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
+from tcp_muscle_ros.diagnosis.fitting.run_to_run import differing, repeating
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.unknown import LOG_SPREAD, Unknown
@@ -74,6 +76,8 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
             gained = penalised(start) - score
             enough = remains < HALF * left or (of_state and score < to_beat)
             if not (enough and gained > 2.0 * least and score < scored - least):
+                continue
+            if of_state and differing(better, repeating(better)):  # by a law of its state runs of one protocol are alike
                 continue
             if (gain := confirmation(start, better)[0]).holds:
                 chosen = _selection(found, start, better, law, kept, gain)

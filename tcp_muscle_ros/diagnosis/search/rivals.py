@@ -141,8 +141,9 @@ def begins(rival: Rival) -> bool:
     for row in definition.fitted:
         if row.crossed:
             shown = np.concatenate([getattr(o, row.crossed) for o in rival.fit.outputs])
-            middle, reach = 0.5 * (shown.max() + shown.min()), 0.5 * (shown.max() - shown.min())
-            if abs(rival.fit.muscle[f'{rival.effect}.{row.name}'] - middle) > _NEARLY * reach:
+            middle, reach = 0.5 * (shown.max() + shown.min()), _NEARLY * 0.5 * (shown.max() - shown.min())
+            around = rival.fit.muscle[f'{rival.effect}.{row.around}'] if row.around else 0.0
+            if abs(rival.fit.muscle[f'{rival.effect}.{row.name}'] - middle) > reach + around:
                 return False
     return True
 

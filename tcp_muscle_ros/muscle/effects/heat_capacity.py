@@ -41,6 +41,7 @@ EFFECT = Effect(
             'the glass transition of nylon 6,6',
             absolute=True,
             crossed='fibre_temperature',
+            around='w',
         ),
         Parameter('w', 40.0, 'K', 2.0, 500.0, 'half width of the rise', 'a free choice'),
     ),
