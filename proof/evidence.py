@@ -76,8 +76,8 @@ def contests(run: Path) -> list[tuple[Mapping[str, Any], Mapping[str, Any]]]:
     """
     found = []
     wanted = [
-        (label, findings)
-        for label, findings in answered(run)
+        (label, report['findings'])
+        for label, report in answered(run)
         if label['kind'] in KINDS and all(effect['visibility']['detectable'] for effect in label['effects'])
     ]
     for k, (label, findings) in enumerate(wanted):

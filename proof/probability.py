@@ -28,6 +28,7 @@ from proof.score import wilson
 from proof.tool import REPORT
 from tcp_muscle_ros.diagnosis.answer.probability import TERMS, probability
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
 from tcp_muscle_ros.report.style import AFTER, OTHER, canvas
 from tcp_muscle_ros.settings.policy import ODDS, SHIPPED
@@ -51,8 +52,8 @@ class Judged:
     right: bool
 
 
-def answered(run: Path) -> Iterator[tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]]:
-    """(label, findings of its report) of each case of a run that was diagnosed.
+def answered(run: Path) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any]]]:
+    """(label, report) of each case of a run that was diagnosed.
 
     Raises:
         BadInput: there are no labels.
@@ -63,18 +64,20 @@ def answered(run: Path) -> Iterator[tuple[Mapping[str, Any], Sequence[Mapping[st
     for label in json.loads(labels.read_text(encoding='utf-8'))['cases']:
         report = run / 'reports' / DIAGNOSIS / label['case'] / REPORT
         if report.is_file():
-            yield label, json.loads(report.read_text(encoding='utf-8'))['findings']
+            yield label, json.loads(report.read_text(encoding='utf-8'))
 
 
-def read_run(run: Path) -> list[Judged]:
-    """All findings of a run.
+def read_run(run: Path, doubtful: bool = False) -> list[Judged]:
+    """All findings of a run; and what was found and not named (``doubtful``), without which weights would be fitted to
+    what earlier weights let through.
 
     Raises:
         BadInput: there are no labels, no reports, or reports without evidence; or the suite is sealed and unopened.
     """
     found = []
-    for label, findings in answered(run):
-        found += [_judged(f'{run.name}/{label["case"]}', label, finding) for finding in findings]
+    for label, report in answered(run):
+        judged = [*report['findings'], *(report['doubtful'] if doubtful else ())]
+        found += [_judged(f'{run.name}/{label["case"]}', label, finding) for finding in judged]
     if not found:
         raise BadInput(f'{run}: no findings; expected reports in reports/diagnosis (--phase diagnose)')
     return found
@@ -84,11 +87,10 @@ def _judged(case: str, label: Mapping[str, Any], finding: Mapping[str, Any]) -> 
     evidence = finding.get('evidence')
     if not evidence:
         raise BadInput(f'{case}: its report does not say what its probabilities are made from; diagnose it again')
-    concealed = {effect['effect'] for effect in label['effects']}
-    right = finding['effect'] in concealed
-    if finding['unlisted']:
-        stages = {effect['stage'] for effect in label['effects']}
-        right = label['kind'] == 'unlisted' and finding['stage'] in stages
+    concealed, named = {effect['effect'] for effect in label['effects']}, EFFECTS[finding['effect']]
+    right = named.name in concealed
+    if named.free is not None:
+        right = label['kind'] == 'unlisted' and named.stage in {effect['stage'] for effect in label['effects']}
     return Judged(case, finding['effect'], float(finding['probability']), evidence, right)
 
 
@@ -241,7 +243,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         if chosen.fit and any(name.startswith('sealed') for name in runs):
             raise BadInput('--fit: weights are never fitted to a sealed suite; expected development or varied ones')
-        judged = [one for run in chosen.runs for one in read_run(run)]
+        judged = [one for run in chosen.runs for one in read_run(run, doubtful=chosen.fit)]
     except BadInput as mistake:
         print(f'proof.probability: {mistake}', file=sys.stderr)
         return 2

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values, conclude, likely, summaries
+from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values, conclude, summaries, weighed
 from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_explained, named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, NotTestable
 from tcp_muscle_ros.diagnosis.answer.repeating import beyond_what_differs, left_unexplained, run_to_run
@@ -104,7 +104,7 @@ class _Work:
             self.selection = self._beside_what_differs({name: repeated[name] for name in apart}, testable)
         self.seconds['select'] = time.monotonic() - start
         runs = run_to_run(self.selection, self.nominal, repeated, apart)
-        self.selection = named_only_if_likely(self.selection, lambda found: likely(found, runs))
+        self.selection = named_only_if_likely(self.selection, lambda found: weighed(found, runs))
         if left_unexplained(self.selection, runs) is not None:
             self.selection = named_only_if_explained(self.selection)
         self.selection = with_bent_form(self.selection, self.progress)

@@ -56,6 +56,10 @@ def as_data(diagnosis: Diagnosis) -> dict[str, Any]:
             ],
             'not_testable': [{'effect': n.effect, 'why': n.why} for n in d.not_testable],
             'unexplained': d.unexplained and _unexplained(d.unexplained),
+            'doubtful': [
+                {'effect': one.effect, 'probability': one.probability, 'evidence': dict(one.evidence)}
+                for one in d.doubtful
+            ],
             'next_experiment': d.next_experiment and _proposal(d.next_experiment),
             'would_help': d.would_help,
             'improved_parameters': IMPROVED,

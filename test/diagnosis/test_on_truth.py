@@ -114,3 +114,17 @@ def test_slips_that_a_swing_hides_show_once_it_is_found(tmp_path):
     assert slipped(calibrated) is None
     assert found is not None
     assert len(found.problem.slips) >= 4
+
+
+@pytest.mark.slow
+def test_a_draught_keeps_its_name_where_runs_of_one_protocol_differ(diagnosed):
+    """A law of the muscle's state bends to a swinging fan, and would have the same in both runs of the protocol."""
+    found = diagnosed(27, 'single', 'airflow', 9301, 'varied')
+    assert [f.effect for f in found.findings] == ['airflow']
+
+
+@pytest.mark.slow
+def test_a_heat_capacity_may_rise_beyond_the_temperatures_that_were_reached(diagnosed):
+    """Chains that thaw: the listed rise follows it with its middle above all temperatures, and its width below."""
+    found = diagnosed(35, 'single', 'heat_capacity', 9301, 'varied')
+    assert [f.effect for f in found.findings] == ['heat_capacity']

@@ -61,13 +61,14 @@ def run(tmp_path):
     ]
     findings = [
         [finding('creep', 'mechanical'), finding('friction', 'mechanical')],
-        [finding('free_stroke', 'mechanical', {'stage': 'mechanical'}), finding('free_delay', 'thermal', {})],
+        [finding('free_stroke', 'mechanical', {'stage': 'mechanical'}), finding('free_capacity', 'thermal', {})],
     ]
     (tmp_path / 'labels.json').write_text(json.dumps({'cases': cases}))
     for case, mine in zip(cases, findings, strict=True):
         report = tmp_path / 'reports' / 'diagnosis' / case['case']
         report.mkdir(parents=True)
-        (report / 'report.json').write_text(json.dumps({'findings': mine}))
+        dropped = [{'effect': 'slack', 'probability': 0.3, 'evidence': evidence}]
+        (report / 'report.json').write_text(json.dumps({'findings': mine, 'doubtful': dropped}))
     return tmp_path
 
 
@@ -76,8 +77,9 @@ def test_a_finding_is_right_where_its_effect_was_concealed(run, capsys):
         ('creep', True),
         ('friction', False),
         ('free_stroke', True),
-        ('free_delay', False),
+        ('free_capacity', False),
     ]
+    assert [one.effect for one in read_run(run, doubtful=True)].count('slack') == 2, 'weights are fitted to those too'
     assert main([str(run)]) == 0
     assert '| right | 0.5 |' in capsys.readouterr().out
 

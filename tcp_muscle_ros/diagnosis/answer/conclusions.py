@@ -20,7 +20,15 @@ from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, rig_of
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
-from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_draught, on_leads, on_rests, on_shared, on_slips
+from tcp_muscle_ros.diagnosis.answer.notes import (
+    on_bent_form,
+    on_doubtful,
+    on_draught,
+    on_leads,
+    on_rests,
+    on_shared,
+    on_slips,
+)
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, notes_on_runs, said_of_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
@@ -33,7 +41,7 @@ from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate, worst_channel
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
-from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+from tcp_muscle_ros.diagnosis.search.selection import Chosen, Doubtful, Selection
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.settings.ages import Age
 
@@ -159,13 +167,11 @@ def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Findin
     return tuple(sorted(found, key=lambda f: (f.stage == 'sensor', -f.gain)))
 
 
-def likely(selection: Selection, runs: RunToRun | None) -> dict[str, float]:
-    """The probability that it is there, of each chosen effect."""
+def weighed(selection: Selection, runs: RunToRun | None) -> dict[str, Doubtful]:
+    """How likely each chosen effect is there, and by what."""
     final, remains = selection.final, left_unexplained(selection, runs) is not None
-    return {
-        c.effect: probability(terms(selection, c, _effect_values(final, c.effect), remains), final.problem.policy.odds)
-        for c in selection.chosen
-    }
+    evidence = {c.effect: terms(selection, c, _effect_values(final, c.effect), remains) for c in selection.chosen}
+    return {e: Doubtful(e, probability(found, final.problem.policy.odds), found) for e, found in evidence.items()}
 
 
 def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[NotTestable, ...]:
@@ -291,6 +297,7 @@ def conclude(
         ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
         not_testable=_not_testable(selection, untried),
         unexplained=remains,
+        doubtful=selection.doubtful,
         next_experiment=proposal,
         nominal=nominal,
         improved=improved,
@@ -315,6 +322,7 @@ def _notes(selection: Selection, remains: Unexplained | None) -> tuple[str, ...]
         *on_bent_form(selection),
         *on_draught(selection),
         *on_leads(selection),
+        *on_doubtful(selection),
         *on_slips(selection),
         *on_rests(selection.final),
         *on_shared(selection, remains),

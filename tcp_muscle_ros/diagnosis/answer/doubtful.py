@@ -9,14 +9,15 @@ from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
-from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.selection import Doubtful, Selection
 
 _EVEN = 0.5  # more likely than not; more than is left
 _PLAIN = 0.2  # of the misfit of the channel that is missed most, in noises: less is no measure of an explanation
 
 
-def named_only_if_likely(selection: Selection, probabilities: Callable[[Selection], Mapping[str, float]]) -> Selection:
-    """The selection without the weaker effects that are more likely absent than there, the least likely first.
+def named_only_if_likely(selection: Selection, weighed: Callable[[Selection], Mapping[str, Doubtful]]) -> Selection:
+    """The selection without the weaker effects that are more likely absent than there (its ``doubtful`` ones), the
+    least likely first; ``weighed`` says how likely each is, by name.
 
     The strongest stays whatever its probability: something is missing there, and its rivals stand beside it. So do
     sudden slips, which are seen one by one.
@@ -26,11 +27,11 @@ def named_only_if_likely(selection: Selection, probabilities: Callable[[Selectio
         weaker = [c.effect for c in selection.chosen[1:] if c.effect != sudden]
         if not weaker:
             return selection
-        probable = probabilities(selection)
-        least = min(weaker, key=lambda effect: probable[effect])
-        if probable[least] >= _EVEN:
+        found = weighed(selection)
+        least = found[min(weaker, key=lambda effect: found[effect].probability)]
+        if least.probability >= _EVEN:
             return selection
-        selection = without(selection, least)
+        selection = replace(without(selection, least.effect), doubtful=(*selection.doubtful, least))
 
 
 def named_only_if_explained(selection: Selection) -> Selection:

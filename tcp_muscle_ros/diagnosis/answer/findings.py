@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
+from tcp_muscle_ros.diagnosis.search.selection import Doubtful
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.settings.ages import Age
@@ -234,6 +235,7 @@ class Diagnosis:
 
     ``repeatability``: by channel what runs of one protocol do not share (SI), None where there are no replicates.
     ``runs``: what each has for itself where they differ.
+    ``doubtful``: effects that were found and are not named, for they are more likely absent than there.
     ``would_help``: what to record so that an undecided question can be decided, where no planned experiment would.
     """
 
@@ -264,6 +266,7 @@ class Diagnosis:
     runs: tuple[Run, ...] = ()
     verdict_probability: float | None = None
     would_help: tuple[str, ...] = ()
+    doubtful: tuple[Doubtful, ...] = ()
 
 
 def strengths(effect: str, parameters: Mapping[str, Value]) -> list[tuple[Value, float]]:

@@ -77,7 +77,7 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
             enough = remains < HALF * left or (of_state and score < to_beat)
             if not (enough and gained > 2.0 * least and score < scored - least):
                 continue
-            if of_state and differing(better, repeating(better)):  # by a law of its state runs of one protocol are alike
+            if of_state and differing(better, repeating(better)):  # by a law of its state such runs are alike
                 continue
             if (gain := confirmation(start, better)[0]).holds:
                 chosen = _selection(found, start, better, law, kept, gain)

@@ -5,7 +5,7 @@ when the whitened misfit falls by more than chance gives over all that were trie
 when the gain is a real share of what was unexplained.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -73,6 +73,15 @@ class Chosen:
 
 
 @dataclass(frozen=True)
+class Doubtful:
+    """An effect that was found and is not named: how probable it is, and the ``evidence`` that this was made from."""
+
+    effect: str
+    probability: float
+    evidence: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class Selection:
     """The outcome: the calibrated model, the selected one, and how both do on unseen data.
 
@@ -80,7 +89,7 @@ class Selection:
     model with changes for good that have no name. ``first``: how the first effect was picked. ``kept_back``: the
     unseen data. ``unnamed``: what the listed effects leave, where a law without a name explains it. ``bent``: the final
     model with a listed form as the recordings bend it, where they do. ``leads``: effects that came nearest and leave
-    more than they explain.
+    more than they explain; ``doubtful``: those that are more likely absent than there.
     """
 
     calibrated: Fit
@@ -97,6 +106,7 @@ class Selection:
     unnamed: Unexplained | None = None
     bent: Fit | None = None
     leads: tuple[str, ...] = ()
+    doubtful: tuple[Doubtful, ...] = ()
 
     @property
     def best(self) -> Fit:
