@@ -12,7 +12,8 @@ from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
 from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_doubtful, on_leads
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search.bending import _no_worse, with_bent_form
-from tcp_muscle_ros.diagnosis.search.free_laws import _range, promising, with_free_law
+from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
+from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _range, promising, with_free_law
 from tcp_muscle_ros.diagnosis.search.selection import Doubtful, select
 from tcp_muscle_ros.muscle.free_basis import basis
 
@@ -67,8 +68,10 @@ def test_a_law_has_fewer_knots_than_levels_at_which_its_driver_was_seen(bumpy):
     laws = promising(selected(bumpy, []).final)
     assert {len(law.basis.at) for law in laws if law.basis.driver == 'temperature'} == {4}
     assert {len(law.basis.at) for law in laws if law.basis.driver == 'force'} <= {2}
-    assert _range(np.array([0.3, 0.3, 0.6, 0.9]))[2] == 3
-    assert _range(np.array([0.3, 0.3])) == (0.3, 0.3, 0)
+    assert _range(np.array([0.3, 0.3])) == (0.3, 0.3)
+    assert [_knots(np.array(seen), 0.3, 1.5) for seen in ([0.3, 0.9, 1.5], [0.3, 0.7, 1.1, 1.5])] == [2, 3]
+    assert _knots(np.array([0.3, 0.41, 1.39, 1.5]), 0.3, 1.5) == 2, 'nothing says where a knot in the middle goes'
+    assert _knots(np.array([0.3] * 500 + [0.9] + [1.2] + [1.5] * 500), 0.3, 1.5) == 2, 'those were passed on the way'
 
 
 @pytest.fixture(scope='module')
@@ -123,6 +126,19 @@ def test_a_form_is_not_bent_where_unseen_data_are_predicted_worse(bent):
     plain = selected(bent, ['natural_convection', *LISTED])
     assert _no_worse(plain, plain.final)
     assert not _no_worse(plain, plain.calibrated)
+
+
+def test_a_table_that_runs_wild_between_two_loads_is_no_law(bent):
+    """Two loads were hung, 0.3 and 0.588 N: what a table has between them, no recording says."""
+    plain = selected(bent, ['natural_convection', *LISTED]).final
+
+    def with_table(*values):
+        law = basis('free_capacity', 0.3, 0.588, 'force', len(values))
+        return replace(plain, problem=replace(plain.problem, parameters=law.on(plain.problem.parameters, values)))
+
+    assert as_small_elsewhere(with_table(0.02, 0.02), plain)
+    assert as_small_elsewhere(with_table(0.3, 0.3), plain), 'as large as that in the recordings'
+    assert not as_small_elsewhere(with_table(0.0, 2.0, 0.0), plain)
 
 
 def test_a_listed_form_that_fits_is_not_bent():

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.free_laws import HALF, excess, promising, refitted
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.rivals import penalised
@@ -41,7 +42,8 @@ def with_bent_form(found: Selection, progress: Callable[[], None] | None = None)
     for law in laws[:_TRIED]:
         better = refitted(start, law)
         enough = penalised(better) < score and excess(better, found) < HALF * left
-        if enough and confirmation(start, better)[0].holds and _no_worse(found, better):
+        enough = enough and confirmation(start, better)[0].holds and _no_worse(found, better)
+        if enough and as_small_elsewhere(better, found.final):
             best, score = better, penalised(better)
     return found if best is None else replace(found, bent=best, after=held_out(best, found.kept_back))
 

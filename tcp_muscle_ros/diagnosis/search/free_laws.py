@@ -19,6 +19,7 @@ from tcp_muscle_ros.diagnosis.fitting.run_to_run import differing, repeating
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.unknown import LOG_SPREAD, Unknown
+from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink
@@ -28,6 +29,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.free_basis import FREE, Basis, basis
 
 _KNOTS, _FEWEST, _LEVELS = 4, 2, 12
+_SELDOM = 0.005  # of the samples: a level that is passed on the way to another
 _TRIED = 2  # laws that are refitted beside, and instead of, what is there
 HALF = 0.5  # of what is left, that a law takes away at least
 _PROBE = 0.1  # of a coefficient's prior spread, by which its slope is taken
@@ -79,7 +81,7 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
                 continue
             if of_state and differing(better, repeating(better)):  # by a law of its state such runs are alike
                 continue
-            if (gain := confirmation(start, better)[0]).holds:
+            if (gain := confirmation(start, better)[0]).holds and as_small_elsewhere(better, start):
                 chosen = _selection(found, start, better, law, kept, gain)
                 best, scored = replace(chosen, unnamed=unnamed), score
                 left = remains / HALF  # what comes after must be clearly better still
@@ -168,12 +170,12 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None, of_state:
             if driver not in fitted.problem.model.laws or (of_state and driver == _WHEN):
                 continue
             seen = _seen(fitted, driver)
-            low, high, levels = _range(seen)
+            low, high = _range(seen)
             if not high > low:  # nor where it is no number
                 continue
             if progress:
                 progress()
-            form = basis(effect, low, high, driver, min(max(levels - 1, _FEWEST), _KNOTS), both_ways=True)
+            form = basis(effect, low, high, driver, _knots(seen, low, high), both_ways=True)
             judged = [_judged(fitted, projection, form, lag) for lag in (_LAGS if _lag_of(effect) else (None,))]
             law = max((j for j in judged if j is not None), key=lambda j: j.gain, default=None)
             if law is not None and law.gain > fitted.problem.policy.least_drop:
@@ -187,16 +189,29 @@ def _seen(fitted: Fit, driver: str) -> Array:
     return np.concatenate([getattr(o, column) for o in fitted.outputs])
 
 
-def _range(seen: Array) -> tuple[float, float, int]:
-    """Where a driver goes, and at how many levels it was seen, such as loads that were hung; a constant one has none.
-
-    A curve with as many knots as levels goes through all of them, whatever it does between.
-    """
+def _range(seen: Array) -> tuple[float, float]:
+    """Where a driver goes; a constant one has no range."""
     low, high = float(seen.min()), float(seen.max())
     if not high - low > 1e-6 * max(abs(high), 1e-12):
-        return low, low, 0
+        return low, low
     spare = _MARGIN * (high - low)
-    return low - spare, high + spare, int(np.count_nonzero(np.histogram(seen, _LEVELS, (low, high))[0]))
+    return low - spare, high + spare
+
+
+def _knots(seen: Array, low: float, high: float) -> int:
+    """How many knots a curve over a driver has: fewer than the levels at which it was seen, such as loads that were
+    hung, and none far from all of them.
+
+    A curve with as many knots as levels goes through all of them, whatever it does between; and nothing says where a
+    knot goes that lies between two loads.
+    """
+    samples, ends = np.histogram(seen, _LEVELS, (low, high))
+    levels = (0.5 * (ends[1:] + ends[:-1]))[samples > _SELDOM * seen.size]
+    for count in range(min(levels.size - 1, _KNOTS), _FEWEST, -1):
+        knots, half = np.linspace(low, high, count), 0.5 * (high - low) / (count - 1)
+        if np.all(np.min(np.abs(knots[:, None] - levels), axis=1) <= half):
+            return count
+    return _FEWEST
 
 
 def _lag_of(effect: str) -> str:
