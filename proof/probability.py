@@ -76,7 +76,7 @@ def read_run(run: Path, doubtful: bool = False) -> list[Judged]:
     """
     found = []
     for label, report in answered(run):
-        judged = [*report['findings'], *(report['doubtful'] if doubtful else ())]
+        judged = [*report['findings'], *(report.get('doubtful', ()) if doubtful else ())]
         found += [_judged(f'{run.name}/{label["case"]}', label, finding) for finding in judged]
     if not found:
         raise BadInput(f'{run}: no findings; expected reports in reports/diagnosis (--phase diagnose)')
