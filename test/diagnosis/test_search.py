@@ -12,7 +12,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation
-from tcp_muscle_ros.diagnosis.search.rivals import grow, rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, grow, rivals_for
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
 LOADS = np.select([np.mod(TIME, 70.0) < 20.0, np.mod(TIME, 70.0) < 45.0], [0.3, 1.2], 0.6)
@@ -42,6 +42,18 @@ def test_a_start_from_which_the_model_runs_away_is_none():
     assert abs(grown.muscle['resistance_strain.GF']) < 0.1
     assert grow(hot, runaway, 20) is None
     assert rivals_for(hot, [runaway], None) == []
+
+
+@pytest.mark.parametrize(('blows', 'there'), [(0.3, True), (0.0, False)])
+def test_a_gust_in_a_muscle_that_nothing_heated_is_none(blows, there):
+    """It changes nothing there, so that recording fixes no strength of it, however large the one that it begins with."""
+    gust = {'airflow.g': blows, 'airflow.t1': 60.0, 'airflow.d': 60.0}
+    blown = TRUE.replace(gust).with_effects('airflow') if blows else TRUE
+    runs = [experiment(CHANNELS, 0.27, 0.588, 0, muscle=blown), experiment(CHANNELS, 0.0, 0.588, 1)]
+    fitted = settle_noise(calibrate(runs, NOMINAL).fit)[0]
+    each = tuple({**gust, 'airflow.g': g} for g in (0.01, 0.3))
+    grown = grow(fitted, Candidate('airflow', each[0], 1.0, 1.0, each), 20)
+    assert begins(Rival('airflow', grown, 0.0)) is there
 
 
 @pytest.mark.parametrize('duration', [4.0, 2e5])

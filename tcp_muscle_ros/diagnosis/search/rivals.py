@@ -264,14 +264,19 @@ def times_usual(rival: Rival) -> float:
 
 
 def _largest(rival: Rival) -> float:
-    """The size of it in the recording that shows it most."""
-    return float(np.max(np.abs(_strengths(rival))))
+    """The size of it in the recording that shows it most; where every recording has its own, of those that fix it."""
+    return float(np.max(np.abs(_strengths(rival, fixed=True)), initial=0.0))
 
 
-def _strengths(rival: Rival) -> Array:
-    """In each recording, or in all alike, in the strength that it usually has."""
-    definition = rival.definition
-    key = f'{rival.effect}.{definition.strength}'
-    each = [value for (name, _), value in rival.fit.values.items() if name == key] if own(rival) else []
-    usual = rival.fit.problem.model.specifications[key].value
-    return (np.array(each or [rival.fit.muscle[key]]) - definition.none) / (usual - definition.none)
+def _strengths(rival: Rival, fixed: bool = False) -> Array:
+    """In each recording (``fixed``: in those that tell it from none), or in all alike, in the strength that it usually
+    has."""
+    definition, fitted = rival.definition, rival.fit
+    key, none = f'{rival.effect}.{definition.strength}', definition.none
+    usual = fitted.problem.model.specifications[key].value - none
+    mine = [(k, u) for k, u in enumerate(fitted.problem.unknowns) if u.name == key and u.recording is not None]
+    if not mine:
+        return np.array([(fitted.muscle[key] - none) / usual])
+    if fixed:
+        mine = [(k, u) for k, u in mine if abs(fitted.z[k] - u.to_fit(none)) > np.sqrt(fitted.covariance[k, k])]
+    return np.array([(u.from_fit(float(fitted.z[k])) - none) / usual for k, u in mine])
