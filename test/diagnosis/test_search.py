@@ -46,7 +46,7 @@ def test_a_start_from_which_the_model_runs_away_is_none():
 
 @pytest.mark.parametrize(('blows', 'there'), [(0.3, True), (0.0, False)])
 def test_a_gust_in_a_muscle_that_nothing_heated_is_none(blows, there):
-    """It changes nothing there, so that recording fixes no strength of it, however large the one that it begins with."""
+    """It changes nothing there, so that recording fixes no strength of it, however large the one it begins with."""
     gust = {'airflow.g': blows, 'airflow.t1': 60.0, 'airflow.d': 60.0}
     blown = TRUE.replace(gust).with_effects('airflow') if blows else TRUE
     runs = [experiment(CHANNELS, 0.27, 0.588, 0, muscle=blown), experiment(CHANNELS, 0.0, 0.588, 1)]
