@@ -1,7 +1,7 @@
 """The whole diagnosis on bags of the independent truth generator: nothing concealed, physics, a sensor."""
 
 import pytest
-from diagnosis.truth import make_case, recordings
+from diagnosis.truth import diagnose_case, make_case, recordings, write_case
 
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
@@ -117,13 +117,11 @@ def test_slips_that_a_swing_hides_show_once_it_is_found(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_draught_keeps_its_name_where_runs_of_one_protocol_differ(diagnosed):
+def test_a_draught_keeps_its_name_where_runs_of_one_protocol_differ(tmp_path):
     """A law of the muscle's state bends to a swinging fan, and would have the same in both runs of the protocol."""
-
-    def as_read(case):  # the current too
-        case.noise.update(make_case('varied', 9301, 27, 'single', 'airflow').noise)
-
-    found = diagnosed(27, 'single', 'airflow', 9301, 'varied', change=as_read, most=1000)
+    case = make_case('varied', 9301, 27, 'single', 'airflow')
+    write_case(case, tmp_path)
+    found = diagnose_case(tmp_path / case.name, tmp_path / 'reports', 1000)
     assert [f.effect for f in found.findings] == ['airflow']
 
 
