@@ -61,6 +61,12 @@ units of their noise. Cases count if the recalibrated error is more than 1.1 tim
 """
 
 
+_PROBABILITIES = """\
+[How often findings were right, over the probability that was stated for them](probabilities.md).
+
+![Share of findings that are right, over the probability stated](images/probabilities.png)"""
+
+
 def write_document(page: Path, images: Path, scores: Mapping[str, Any], pairs: Row | None, command: str) -> None:
     """The page, with its figures in `images`."""
     images.mkdir(parents=True, exist_ok=True)
@@ -74,6 +80,8 @@ def write_document(page: Path, images: Path, scores: Mapping[str, Any], pairs: R
     if compared:
         lines += ['## Compared with other methods', '', *_which(scores), *comparison(compared), '', *wins(compared), '']
         lines += [f'![Held-out gap closed, by method]({relative / figures[1]})', '']
+    if (page.parent / 'probabilities.md').is_file():
+        lines += ['## Are the stated probabilities right?', '', _PROBABILITIES, '']
     lines += ['## Effect by effect', '', *effect_table(own['confusions']), '']
     lines += [f'![What was named first for each concealed effect]({relative / figures[2]})', '']
     lines += ['## Decoys', '', *decoy_table(own['decoys']), '']
