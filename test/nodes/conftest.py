@@ -31,9 +31,6 @@ ENVIRONMENT = {
     'PYTHONPATH': os.pathsep.join(filter(None, sys.path)),
     'PYTHONUNBUFFERED': '1',
 }
-# The bench itself speaks by UDP alone: what lies in shared memory of nodes that were killed (-9) has ended it with a
-# segmentation fault when it left. The nodes have the middleware's own choice.
-os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
 
 
 class Program:
@@ -116,6 +113,12 @@ class Bench:
         self.kill(self.programs)
         self.executor.shutdown()
         self.thread.join(60.0)
+        # In a thread of its own: the middleware has waited for itself here, for good.
+        leaving = threading.Thread(target=self._leave, daemon=True)
+        leaving.start()
+        leaving.join(60.0)
+
+    def _leave(self):
         if not self.thread.is_alive():  # else what it still waits on would be pulled from under it
             self.node.destroy_node()
         rclpy.try_shutdown(context=self.context)
