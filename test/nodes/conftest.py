@@ -62,6 +62,7 @@ class Program:
         return self.process.wait(20)
 
 
+_FAREWELL = 0.5  # s
 FAILED = pytest.StashKey[bool]()
 
 
@@ -113,6 +114,8 @@ class Bench:
         self.kill(self.programs)
         self.executor.shutdown()
         self.thread.join(60.0)
+        # A participant that is taken down while it still learns that others have left has died in the middleware.
+        time.sleep(_FAREWELL)
         # In a thread of its own: the middleware has waited for itself here, for good.
         leaving = threading.Thread(target=self._leave, daemon=True)
         leaving.start()
