@@ -59,12 +59,7 @@ is told the true effect and fits it in the form of the catalogue. On that record
 temperature at the start and the zero of displacement are fitted. Errors are root mean squares over the channels in
 units of their noise. Cases count if the recalibrated error is more than 1.1 times the oracle's.
 """
-
-
-_PROBABILITIES = """\
-[How often findings were right, over the probability that was stated for them](probabilities.md).
-
-![Share of findings that are right, over the probability stated](images/probabilities.png)"""
+_PROBABILITIES = '[How often findings were right, over the probability that was stated for them](probabilities.md).'
 
 
 def write_document(page: Path, images: Path, scores: Mapping[str, Any], pairs: Row | None, command: str) -> None:
@@ -81,7 +76,9 @@ def write_document(page: Path, images: Path, scores: Mapping[str, Any], pairs: R
         lines += ['## Compared with other methods', '', *_which(scores), *comparison(compared), '', *wins(compared), '']
         lines += [f'![Held-out gap closed, by method]({relative / figures[1]})', '']
     if (page.parent / 'probabilities.md').is_file():
+        image = relative / 'probabilities.png'
         lines += ['## Are the stated probabilities right?', '', _PROBABILITIES, '']
+        lines += [f'![Share of findings that are right, over the probability stated]({image})', '']
     lines += ['## Effect by effect', '', *effect_table(own['confusions']), '']
     lines += [f'![What was named first for each concealed effect]({relative / figures[2]})', '']
     lines += ['## Decoys', '', *decoy_table(own['decoys']), '']

@@ -14,7 +14,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search.bending import _no_worse, with_bent_form
 from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _range, promising, with_free_law
-from tcp_muscle_ros.diagnosis.search.selection import Doubtful, select
+from tcp_muscle_ros.diagnosis.search.selection import Weighed, select
 from tcp_muscle_ros.muscle.free_basis import basis
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -152,8 +152,8 @@ def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes
     found = selected(two, ['natural_convection', *LISTED])
     assert len(found.chosen) == 2
     weaker = found.chosen[1].effect
-    assert named_only_if_likely(found, lambda _: {weaker: Doubtful(weaker, 0.6, {})}) is found
-    left = named_only_if_likely(found, lambda _: {weaker: Doubtful(weaker, 0.2, {})})
+    assert named_only_if_likely(found, lambda _: {weaker: Weighed(weaker, 0.6, {})}) is found
+    left = named_only_if_likely(found, lambda _: {weaker: Weighed(weaker, 0.2, {})})
     assert left.chosen == found.chosen[:1]
     assert weaker not in left.final.muscle.effects
     assert [d.effect for d in left.doubtful] == [weaker]
@@ -167,7 +167,7 @@ def test_an_end_that_turns_steadily_is_as_doubtful_as_any_other_beside_what_is_t
     found = selected(leaks, ['natural_convection', 'torsional_leakage'])
     assert {c.effect for c in found.chosen} == {'natural_convection', 'torsional_leakage'}
     found = replace(found, chosen=tuple(sorted(found.chosen, key=lambda c: c.effect == 'torsional_leakage')))
-    left = named_only_if_likely(found, lambda _: {'torsional_leakage': Doubtful('torsional_leakage', 0.2, {})})
+    left = named_only_if_likely(found, lambda _: {'torsional_leakage': Weighed('torsional_leakage', 0.2, {})})
     assert [c.effect for c in left.chosen] == ['natural_convection']
 
 

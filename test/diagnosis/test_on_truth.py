@@ -1,8 +1,11 @@
 """The whole diagnosis on bags of the independent truth generator: nothing concealed, physics, a sensor."""
 
 import pytest
-from diagnosis.truth import diagnose_case, make_case, recordings, write_case
+from diagnosis.truth import recordings
 
+from proof.cases import make_case
+from proof.generate import write_case
+from proof.tool import diagnose_case
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms

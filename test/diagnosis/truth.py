@@ -11,9 +11,6 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from proof.cases import make_case
 from proof.generate import write_case
 from proof.recordings import DRIVE
-from proof.tool import diagnose_case
-
-__all__ = ['diagnose_case', 'make_case', 'recordings', 'write_case']
 
 
 def recordings(folder, suite, seed, number, kind, what, change=None):

@@ -41,7 +41,7 @@ from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate, worst_channel
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
-from tcp_muscle_ros.diagnosis.search.selection import Chosen, Doubtful, Selection
+from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection, Weighed
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.settings.ages import Age
 
@@ -139,13 +139,12 @@ def most_missed(selection: Selection) -> str | None:
 
 def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Finding, ...]:
     final = selection.final
-    weights = final.problem.policy.odds
     found = []
     for c in selection.chosen:
         effect = c.definition
         values = _effect_values(final, c.effect)
         law = free_law(final, c.effect, c.nearest) if effect.free is not None else None
-        evidence = terms(selection, c, values, remains is not None)
+        likely = _weighed(selection, c, values, remains is not None)
         found.append(
             Finding(
                 c.effect,
@@ -153,12 +152,12 @@ def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Findin
                 free_sentence(c.effect, law) if law else finding_sentence(c.effect, values, c.indistinguishable),
                 effect.equation,
                 values,
-                probability(evidence, weights),
+                likely.probability,
                 c.indistinguishable,
                 own_improvement(selection, c.effect),
                 c.drop,
                 law,
-                evidence,
+                likely.evidence,
                 cluster(c),
                 one_channel(final.problem),
             )
@@ -167,11 +166,15 @@ def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Findin
     return tuple(sorted(found, key=lambda f: (f.stage == 'sensor', -f.gain)))
 
 
-def weighed(selection: Selection, runs: RunToRun | None) -> dict[str, Doubtful]:
+def weighed(selection: Selection, runs: RunToRun | None) -> dict[str, Weighed]:
     """How likely each chosen effect is there, and by what."""
     final, remains = selection.final, left_unexplained(selection, runs) is not None
-    evidence = {c.effect: terms(selection, c, _effect_values(final, c.effect), remains) for c in selection.chosen}
-    return {e: Doubtful(e, probability(found, final.problem.policy.odds), found) for e, found in evidence.items()}
+    return {c.effect: _weighed(selection, c, _effect_values(final, c.effect), remains) for c in selection.chosen}
+
+
+def _weighed(selection: Selection, chosen: Chosen, values: Mapping[str, Value], anything_left: bool) -> Weighed:
+    evidence = terms(selection, chosen, values, anything_left)
+    return Weighed(chosen.effect, probability(evidence, selection.final.problem.policy.odds), evidence)
 
 
 def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[NotTestable, ...]:

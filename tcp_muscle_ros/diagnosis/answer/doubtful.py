@@ -9,13 +9,13 @@ from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
-from tcp_muscle_ros.diagnosis.search.selection import Doubtful, Selection
+from tcp_muscle_ros.diagnosis.search.selection import Selection, Weighed
 
 _EVEN = 0.5  # more likely than not; more than is left
 _PLAIN = 0.2  # of the misfit of the channel that is missed most, in noises: less is no measure of an explanation
 
 
-def named_only_if_likely(selection: Selection, weighed: Callable[[Selection], Mapping[str, Doubtful]]) -> Selection:
+def named_only_if_likely(selection: Selection, weighed: Callable[[Selection], Mapping[str, Weighed]]) -> Selection:
     """The selection without the weaker effects that are more likely absent than there (its ``doubtful`` ones), the
     least likely first; ``weighed`` says how likely each is, by name.
 

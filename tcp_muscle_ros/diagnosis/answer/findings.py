@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
-from tcp_muscle_ros.diagnosis.search.selection import Doubtful
+from tcp_muscle_ros.diagnosis.search.selection import Weighed
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.settings.ages import Age
@@ -266,7 +266,7 @@ class Diagnosis:
     runs: tuple[Run, ...] = ()
     verdict_probability: float | None = None
     would_help: tuple[str, ...] = ()
-    doubtful: tuple[Doubtful, ...] = ()
+    doubtful: tuple[Weighed, ...] = ()
 
 
 def strengths(effect: str, parameters: Mapping[str, Value]) -> list[tuple[Value, float]]:

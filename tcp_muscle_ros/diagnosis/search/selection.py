@@ -73,8 +73,8 @@ class Chosen:
 
 
 @dataclass(frozen=True)
-class Doubtful:
-    """An effect that was found and is not named: how probable it is, and the ``evidence`` that this was made from."""
+class Weighed:
+    """An effect that was found: how probable it is, and the ``evidence`` that this was made from."""
 
     effect: str
     probability: float
@@ -106,7 +106,7 @@ class Selection:
     unnamed: Unexplained | None = None
     bent: Fit | None = None
     leads: tuple[str, ...] = ()
-    doubtful: tuple[Doubtful, ...] = ()
+    doubtful: tuple[Weighed, ...] = ()
 
     @property
     def best(self) -> Fit:
