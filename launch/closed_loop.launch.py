@@ -30,4 +30,4 @@ def start(value):
 
 
 def generate_launch_description():
-    return description(__file__, ARGUMENTS, start, reads=('sim_node', 'controller_node'))
+    return description(__file__, ARGUMENTS, start, reads={'params_file': ('sim_node', 'controller_node')})

@@ -33,4 +33,4 @@ def start(value):
 
 
 def generate_launch_description():
-    return description(__file__, ARGUMENTS, start, reads=NODES)
+    return description(__file__, ARGUMENTS, start, reads={'params_file': NODES})

@@ -55,4 +55,6 @@ def start(value):
 
 
 def generate_launch_description():
-    return description(__file__, ARGUMENTS, start, reads=MUSCLE)
+    return description(
+        __file__, ARGUMENTS, start, reads={'params_file': MUSCLE, 'controllers_file': ('controller_manager',)}
+    )

@@ -23,4 +23,4 @@ def start(value):
 
 
 def generate_launch_description():
-    return description(__file__, ARGUMENTS, start, reads=('sim_node',))
+    return description(__file__, ARGUMENTS, start, reads={'params_file': ('sim_node',)})

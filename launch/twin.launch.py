@@ -17,6 +17,7 @@ ARGUMENTS = [
     ('auto_diagnose', 'false', 'whether an alarm starts a diagnosis'),
     ('auto_adopt', 'false', 'whether a model that predicts better is adopted, by the controller too'),
 ]
+READS = {'params_file': ('sim_node',), 'model_file': ('controller_node', 'twin_node')}
 
 
 def start(value):
@@ -37,4 +38,4 @@ def start(value):
 
 
 def generate_launch_description():
-    return description(__file__, ARGUMENTS, start, reads=('sim_node',))
+    return description(__file__, ARGUMENTS, start, reads=READS)

@@ -94,6 +94,12 @@ def arguments_of(path):
     return set(re.findall(r"^    \('(\w+)', ", path.read_text(encoding='utf-8'), re.MULTILINE))
 
 
+def test_every_kind_of_file_is_an_argument_of_some_launch_file():
+    """The check below goes by the names."""
+    files = {name for path in LAUNCH_FILES for name in arguments_of(path) if 'file' in name}
+    assert files == {'params_file', 'model_file', 'rig_file', 'controllers_file'}
+
+
 def parameters_of(action):
     """What a node gets where the last entry wins, files read."""
     values = {}
@@ -138,9 +144,14 @@ def test_what_it_does_not_know_is_refused_before_anything_starts(path, launched,
     with pytest.raises(BadInput, match=r"unknown launch argument 'namspace'; did you mean 'namespace'\?"):
         launched(path.name, namspace='finger')
     names = arguments_of(path)
-    if 'params_file' in names:
-        with pytest.raises(BadInput, match=r'missing\.yaml: cannot read the parameter file'):
-            launched(path.name, params_file=str(tmp_path / 'missing.yaml'))
+    for name in sorted(name for name in names if name.endswith('_file')):
+        what = 'rig_file' if name == 'rig_file' else 'parameter file'
+        with pytest.raises(BadInput, match=rf'missing\.yaml: cannot read the {what}: No such file or directory'):
+            launched(path.name, **{name: str(tmp_path / 'missing.yaml')})
+        if what == 'parameter file':
+            (tmp_path / 'empty.yaml').write_text('hA: 0.02\n')
+            with pytest.raises(BadInput, match=r"empty\.yaml: no parameters; expected '/\*\*:'"):
+                launched(path.name, **{name: str(tmp_path / 'empty.yaml')})
     for name in names & {'rate_hz', 'real_time_factor', 'duration_s', 'current_limit_a'}:
         with pytest.raises(BadInput, match=f"launch argument '{name}' is 'fast'; expected a number"):
             launched(path.name, **{name: 'fast'})

@@ -3,7 +3,7 @@
 Only launch files import it: launch comes with a ROS 2 installation.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from launch import LaunchDescription
@@ -14,7 +14,10 @@ from tcp_muscle_ros.settings.launch_arguments import Row, read_arguments
 
 
 def description(
-    launch_file: str, rows: Sequence[Row], start: Callable[[dict[str, str]], list[Any]], reads: Sequence[str] = ()
+    launch_file: str,
+    rows: Sequence[Row],
+    start: Callable[[dict[str, str]], list[Any]],
+    reads: Mapping[str, Sequence[str]] | None = None,
 ) -> LaunchDescription:
     """What a launch file describes.
 
@@ -22,11 +25,11 @@ def description(
         launch_file: its own path.
         rows: the arguments that it declares.
         start: of their values, by name, what it starts.
-        reads: names of the nodes that read the parameter file.
+        reads: of each argument that is a parameter file, the names of the nodes that read it.
     """
 
     def started(context: Any) -> list[Any]:
-        return start(read_arguments(launch_file, rows, context.launch_configurations, nodes=reads))
+        return start(read_arguments(launch_file, rows, context.launch_configurations, reads=reads))
 
     declared = [DeclareLaunchArgument(name, default_value=value, description=text) for name, value, text in rows]
     return LaunchDescription([*declared, OpaqueFunction(function=started)])

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.files.inputs import read_text
 from tcp_muscle_ros.settings.parameter_file import values_for
 
 Row = tuple[str, str, str]  # name, default, meaning
@@ -21,7 +22,7 @@ def read_arguments(
     rows: Iterable[Row],
     configurations: Mapping[str, str],
     argv: Sequence[str] | None = None,
-    nodes: Iterable[str] = (),
+    reads: Mapping[str, Iterable[str]] | None = None,
 ) -> dict[str, str]:
     """The values of a launch file's arguments, by name.
 
@@ -31,10 +32,12 @@ def read_arguments(
         rows: what it declares.
         configurations: launch's, by name.
         argv: the command line; default the process's.
-        nodes: names of the nodes that read the parameter file.
+        reads: of each argument that is a parameter file, the names of the nodes that read it. Any other argument
+            ``*_file`` has to be a file that can be read.
 
     Raises:
-        BadInput: an unknown name, a parameter file that cannot be read or holds nothing, no number where one belongs.
+        BadInput: an unknown name, a file that cannot be read, a parameter file that holds nothing, no number where one
+            belongs.
     """
     argv = sys.argv if argv is None else argv
     names = [name for name, _, _ in rows]
@@ -50,10 +53,22 @@ def read_arguments(
     for name in _SWITCHES:
         if name in values:
             switch(name, values[name])
-    if values.get(FILE):
-        for node in nodes:
-            values_for(Path(values[FILE]), node)
+    for name in names:
+        if name.endswith('_file') and values[name]:
+            _check_file(name, Path(values[name]), (reads or {}).get(name, ()))
     return values
+
+
+def _check_file(name: str, path: Path, nodes: Iterable[str]) -> None:
+    for node in nodes:
+        values_for(path, node)
+    if nodes:
+        return
+    try:
+        read_text(path)
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else 'not UTF-8 text'
+        raise BadInput(f'{path}: cannot read the {name}: {reason}') from None
 
 
 def config_file(name: str) -> Path:
