@@ -17,7 +17,7 @@ NODES = ('sim_node', 'controller_node')
 
 
 def start(value):
-    parameters = parameters_of(value, 'sim_node', own='antagonist.yaml')
+    parameters = parameters_of(value, own='antagonist.yaml')
     return [node(name, value['namespace'], parameters) for name in NODES]
 
 

@@ -17,7 +17,7 @@ ARGUMENTS = [
 
 
 def start(value):
-    shared = parameters_of(value, 'sim_node')
+    shared = parameters_of(value)
     simulated, controlled = list(shared), list(shared)
     if value['real_time_factor']:
         factor = number('real_time_factor', value['real_time_factor'])

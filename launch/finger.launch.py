@@ -23,7 +23,7 @@ NODES = ('sim_node', 'controller_node')
 
 
 def start(value):
-    parameters = parameters_of(value, 'sim_node', own='finger.yaml')
+    parameters = parameters_of(value, own='finger.yaml')
     urdf = PathJoinSubstitution([FindPackageShare('tcp_muscle_ros'), 'urdf', 'finger.urdf'])
     weight = {'description_file': ParameterValue(urdf, value_type=str)}
     return [

@@ -17,7 +17,7 @@ NODES = ('sim_node', 'controller_node')
 
 
 def start(value):
-    parameters = parameters_of(value, 'sim_node', own='hand.yaml')
+    parameters = parameters_of(value, own='hand.yaml')
     names = NODES if switch('controller', value['controller']) else NODES[:1]
     return [node(name, value['namespace'], parameters) for name in names]
 

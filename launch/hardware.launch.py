@@ -27,7 +27,7 @@ def start(value):
     file = value['params_file']
     muscles = values_for(Path(file), 'controller_node').get('muscles') if file else None
     prefixes = ['', *(f'{name}.' for name in muscles or [] if name)]
-    parameters = parameters_of(value, 'controller_node')
+    parameters = parameters_of(value)
     parameters.append({prefix + name: limit for prefix in prefixes for name, limit in safe.items()})
     return [node('controller_node', value['namespace'], parameters)]
 

@@ -6,20 +6,22 @@ ros2 launch tcp_muscle_ros ros2_control.launch.py
 ros2 topic pub --once /muscle_position_controller/commands std_msgs/msg/Float64MultiArray '{data: [0.02]}'
 """
 
-import tempfile
+import os
 from pathlib import Path
+from urllib.parse import quote
 
 from launch.substitutions import Command, FindExecutable, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from tcp_muscle_ros.files.outputs import in_place_of
 from tcp_muscle_ros.nodes.launching import description, node
-from tcp_muscle_ros.settings.launch_arguments import config_file, parameters_of
+from tcp_muscle_ros.settings.launch_arguments import config_file, joint_of, parameters_of
 
 ARGUMENTS = [
-    ('joint_name', 'tcp_muscle', 'joint of the muscle, in the URDF and in config/controllers.yaml'),
     ('namespace', '', 'namespace of the muscle; empty: its joint_name'),
+    ('joint_name', '', 'joint of the muscle; empty: as in the parameter file, else the last part of the namespace'),
     ('params_file', '', 'parameter file of the muscle under /**:, shared by both nodes'),
     ('controllers_file', '', 'parameters of the controllers; empty: config/controllers.yaml with the joint_name'),
 ]
@@ -28,22 +30,24 @@ CONTROLLERS = ['joint_state_broadcaster', 'muscle_position_controller']
 
 
 def controllers_for(joint):
-    """A copy of config/controllers.yaml for a joint of another name."""
+    """config/controllers.yaml for a joint of another name: a copy in ROS's own folder, the same at each start."""
     text = config_file('controllers.yaml').read_text(encoding='utf-8')
-    copy = Path(tempfile.mkdtemp(prefix='tcp_muscle_')) / 'controllers.yaml'
-    copy.write_text(text.replace('tcp_muscle', joint), encoding='utf-8')
+    home = Path(os.environ.get('ROS_HOME') or Path.home() / '.ros')
+    copy = home / 'tcp_muscle_ros' / f'controllers_{quote(joint, safe="")}.yaml'
+    with in_place_of(copy) as draft:
+        draft.write_text(text.replace('tcp_muscle', joint), encoding='utf-8')
     return str(copy)
 
 
 def start(value):
-    joint = value['joint_name']
+    joint = joint_of(value, MUSCLE[0])
     namespace = value['namespace'].strip('/') or joint
     xacro = PathJoinSubstitution([FindPackageShare('tcp_muscle_ros'), 'urdf', 'tcp_muscle.urdf.xacro'])
     arguments = [' name:=', joint, ' namespace:=', f'/{namespace}']
     robot = Command([FindExecutable(name='xacro'), ' ', xacro, *arguments])
     controllers = value['controllers_file'] or controllers_for(joint)
     return [
-        *(node(name, namespace, parameters_of(value, name)) for name in MUSCLE),
+        *(node(name, namespace, parameters_of(value)) for name in MUSCLE),
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',

@@ -16,7 +16,7 @@ ARGUMENTS = [
 
 
 def start(value):
-    parameters = parameters_of(value, 'sim_node')
+    parameters = parameters_of(value)
     if value['real_time_factor']:
         parameters.append({'real_time_factor': number('real_time_factor', value['real_time_factor'])})
     return [node('sim_node', value['namespace'], parameters)]

@@ -3,6 +3,7 @@
 import importlib.util
 import re
 import sys
+import tempfile
 from configparser import ConfigParser
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -12,6 +13,7 @@ import yaml
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.settings.launch_arguments import joint_of, read_arguments
+from tcp_muscle_ros.settings.operating import joint_in
 
 ROOT = Path(__file__).resolve().parents[1]
 LAUNCH_FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
@@ -135,7 +137,7 @@ def test_later_parameters_win_over_the_file_that_was_given(launched, tmp_path):
         'rate_hz': 20.0, 'joint_name': 'thumb', 'current_limit_a': 0.1, 'start_enabled': False
     }  # fmt: skip
     (simulated,) = launched('sim.launch.py', namespace='left/finger_1', real_time_factor='2')
-    assert parameters_of(simulated) == {'joint_name': 'finger_1', 'real_time_factor': 2.0}
+    assert parameters_of(simulated) == {'real_time_factor': 2.0}, 'the node itself goes by its namespace'
     assert [one.executable for one in launched('hand.launch.py', controller='false')] == ['sim_node']
 
 
@@ -168,18 +170,39 @@ def test_within_another_launch_file_its_arguments_are_left_alone():
 def test_the_joint_follows_the_namespace_unless_told_otherwise(tmp_path):
     file = tmp_path / 'muscle.yaml'
     for text, namespace, given, expected in (
-        ('hA: 0.02', '/left/finger_1', '', {'joint_name': 'finger_1'}),
-        ('hA: 0.02', '', '', {}),
-        ('hA: 0.02', 'finger_1', 'knuckle', {'joint_name': 'knuckle'}),
-        ('joint_name: thumb', 'finger_1', '', {}),
-        ('muscles: [thumb, index]', 'hand', '', {}),
+        ('hA: 0.02', '/left/finger_1', '', 'finger_1'),
+        ('hA: 0.02', '', '', 'tcp_muscle'),
+        ('hA: 0.02', 'finger_1', 'knuckle', 'knuckle'),
+        ('joint_name: thumb', 'finger_1', '', 'thumb'),
     ):
         file.write_text(f'/**:\n  ros__parameters:\n    {text}\n')
         values = {'joint_name': given, 'namespace': namespace, 'params_file': str(file)}
         assert joint_of(values, 'sim_node') == expected, (text, namespace, given)
-    assert joint_of({'joint_name': '', 'namespace': 'finger_1', 'params_file': ''}, 'sim_node') == {
-        'joint_name': 'finger_1'
-    }
+    assert joint_of({'joint_name': '', 'namespace': 'finger_1', 'params_file': ''}, 'sim_node') == 'finger_1'
+
+
+def test_ros2_control_has_one_joint_in_urdf_controllers_and_muscle_and_leaves_one_file(launched, tmp_path, monkeypatch):
+    monkeypatch.setenv('ROS_HOME', str(tmp_path / 'ros'))
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    for given, namespace, joint in (
+        ({'namespace': '/left/finger_1'}, 'left/finger_1', 'finger_1'),
+        ({'namespace': 'left/finger_1'}, 'left/finger_1', 'finger_1'),
+        ({'joint_name': 'knuckle'}, 'knuckle', 'knuckle'),
+        ({'namespace': 'left', 'joint_name': 'knuckle'}, 'left', 'knuckle'),
+        ({}, 'tcp_muscle', 'tcp_muscle'),
+    ):
+        muscle, controller, publisher, manager, _ = launched('ros2_control.launch.py', **given)
+        assert muscle.namespace == controller.namespace == namespace, given
+        plan = {**parameters_of(muscle), **parameters_of(controller)}
+        assert plan.get('joint_name', joint_in(namespace)) == joint, given
+        command = publisher.parameters[0]['robot_description'].given[0].given[0]
+        assert command[-4:] == [' name:=', joint, ' namespace:=', f'/{namespace}'], given
+        controllers = yaml.safe_load(Path(manager.parameters[0]).read_text(encoding='utf-8'))
+        assert controllers['muscle_position_controller']['ros__parameters']['joints'] == [joint], given
+    left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob('*') if path.is_file()}
+    written = ('finger_1', 'knuckle', 'tcp_muscle')
+    assert left == {f'ros/tcp_muscle_ros/controllers_{joint}.yaml' for joint in written}
+    assert {path.name for path in tmp_path.iterdir()} == {'ros'}
 
 
 @pytest.mark.parametrize('robot', ['finger', 'antagonist'])

@@ -31,7 +31,8 @@ def declare(node: Node, owner: str, check: Callable[[Settings], None], apply: Ca
         BadInput: as ``read_plan``, or from ``check``.
     """
     # What came by file and command line; rclpy has no public way to list what has not been declared.
-    plan = read_plan({name: given.value for name, given in node._parameter_overrides.items()}, owner)
+    given = {name: parameter.value for name, parameter in node._parameter_overrides.items()}
+    plan = read_plan(given, owner, node.get_namespace())
     for name, settings in plan.muscles.items():
         with naming(name):
             check(settings)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, of_rclpy, read, read_list, read_rows
-from tcp_muscle_ros.settings.operating import JOINT, JOINTS, MUSCLES
+from tcp_muscle_ros.settings.operating import JOINT, JOINTS, MUSCLES, joint_in
 
 _NAME = re.compile(r'[A-Za-z](_?[A-Za-z0-9])*')
 
@@ -40,8 +40,8 @@ def naming(name: str) -> Iterator[None]:
         raise BadInput(f'{name}: {problem}' if name else str(problem)) from None
 
 
-def read_plan(overrides: Mapping[str, object], owner: str) -> Plan:
-    """The plan that files and the command line make for the node ``owner``.
+def read_plan(overrides: Mapping[str, object], owner: str, namespace: str = '') -> Plan:
+    """The plan that files and the command line make for the node ``owner`` in a namespace.
 
     Raises:
         BadInput: an unknown or unfit name, or a value that its parameter refuses.
@@ -52,7 +52,7 @@ def read_plan(overrides: Mapping[str, object], owner: str) -> Plan:
     if not names:
         if joint_names:
             raise BadInput("parameter 'joints' needs 'muscles': a joint is turned by two of them")
-        one = read(given, owner)
+        one = read({'joint_name': joint_in(namespace), **given}, owner)
         return Plan({'': one}, {}, one)
     own: dict[str, dict[str, object]] = {name: {} for name in (*names, *joint_names)}
     shared: dict[str, object] = {}

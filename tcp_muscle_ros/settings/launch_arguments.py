@@ -8,6 +8,7 @@ from typing import Any
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.files.inputs import read_text
+from tcp_muscle_ros.settings.operating import joint_in
 from tcp_muscle_ros.settings.parameter_file import values_for
 
 Row = tuple[str, str, str]  # name, default, meaning
@@ -76,7 +77,7 @@ def config_file(name: str) -> Path:
     return Path(__file__).resolve().parent.parent / 'config' / name
 
 
-def parameters_of(values: Mapping[str, str], node: str, own: str = '') -> list[Any]:
+def parameters_of(values: Mapping[str, str], own: str = '') -> list[Any]:
     """The parameters that a node is started with, of which later ones win: its file, the rate, the joint's name.
 
     ``own`` is the file of config/ where the user gave none. An argument that the launch file does not declare says
@@ -86,22 +87,15 @@ def parameters_of(values: Mapping[str, str], node: str, own: str = '') -> list[A
     parameters: list[Any] = [file] if file else []
     if values.get('rate_hz'):
         parameters.append({'rate_hz': number('rate_hz', values['rate_hz'])})
-    if 'joint_name' in values and (joint := joint_of(values, node)):
-        parameters.append(joint)
+    if values.get('joint_name'):
+        parameters.append({'joint_name': values['joint_name']})
     return parameters
 
 
-def joint_of(values: Mapping[str, str], node: str) -> dict[str, str]:
-    """The parameter ``joint_name`` of a node with one muscle: the argument, else the last part of the namespace.
-
-    Empty where the parameter file says it, or has several muscles, and where there is no namespace.
-    """
-    name = values['joint_name']
-    if not name:
-        given = values_for(Path(values[FILE]), node) if values[FILE] else {}
-        if 'joint_name' not in given and not given.get('muscles'):
-            name = values['namespace'].strip('/').rpartition('/')[2]
-    return {'joint_name': name} if name else {}
+def joint_of(values: Mapping[str, str], node: str) -> str:
+    """The joint of a node with one muscle, before it starts: the argument, else what the node will find by itself."""
+    given = values_for(Path(values[FILE]), node) if values[FILE] else {}
+    return values['joint_name'] or str(given.get('joint_name') or joint_in(values['namespace']))
 
 
 def number(name: str, text: str) -> float:

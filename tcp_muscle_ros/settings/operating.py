@@ -54,7 +54,7 @@ _ROWS = (
         'joint_name',
         'tcp_muscle',
         '',
-        'joint; <joint_name>_moving_end is the frame of stamped messages',
+        'joint, also in the frame of stamped messages (<joint_name>_moving_end); default in a namespace: its last part',
         ALL,
         read_only=True,
     ),
@@ -302,6 +302,11 @@ _TWIN_ROWS = (
     ),
 )
 TWIN: Mapping[str, Operating] = {row.name: row for row in _TWIN_ROWS}
+
+
+def joint_in(namespace: str) -> str:
+    """The joint of the muscle in a namespace, where no ``joint_name`` is given."""
+    return namespace.strip('/').rpartition('/')[2] or str(OPERATING['joint_name'].default)
 
 
 def read_value(row: Operating, value: object) -> Default:

@@ -164,13 +164,13 @@ def test_it_holds_the_last_setpoint_and_shows_what_it_can_do_of_an_impossible_on
 
 def test_ros2_control_speaks_through_joint_commands(bench, pair):
     joints = bench.speaker('/pair/joint_commands', JointState)
-    joints.publish(JointState(name=['elbow', 'tcp_muscle'], position=[0.02, 0.008]))
+    joints.publish(JointState(name=['elbow', 'pair'], position=[0.02, 0.008]))
     bench.until(lambda: pair.facts()['setpoint_m'] == '0.008', 'not heard')
     refused = pair.facts()['refused_inputs']
     # What ros2_control sends before its first command is no mistake: it is ignored, and nothing is refused.
-    joints.publish(JointState(name=['tcp_muscle'], position=[nan]))
+    joints.publish(JointState(name=['pair'], position=[nan]))
     joints.publish(JointState(name=['elbow'], position=[0.02]))
-    joints.publish(JointState(name=['tcp_muscle'], position=[0.009]))
+    joints.publish(JointState(name=['pair'], position=[0.009]))
     bench.until(lambda: pair.facts()['setpoint_m'] == '0.009', 'not heard after them')
     assert pair.facts()['refused_inputs'] == refused
 
@@ -243,8 +243,8 @@ def test_the_message_sequence_of_joint_state_topic_system(bench):
     from rclpy.qos import qos_profile_sensor_data
 
     name = 'finger_3'
-    sim = bench.start('sim_node', name, joint_name=name)
-    controller = bench.start('controller_node', name, joint_name=name)
+    sim = bench.start('sim_node', name)
+    controller = bench.start('controller_node', name)
     states = []
     bench.node.create_subscription(JointState, f'/{name}/joint_states', states.append, qos_profile_sensor_data)
     commands = bench.speaker(f'/{name}/joint_commands', JointState)

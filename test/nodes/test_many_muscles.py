@@ -21,7 +21,7 @@ from tcp_muscle_ros.control.antagonist import Side
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.nodes.plan import read_plan
-from tcp_muscle_ros.settings.operating import CONTROL, SIM
+from tcp_muscle_ros.settings.operating import CONTROL, DRIVER, SIM
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 HAND = CONFIG / 'hand.yaml'
@@ -52,6 +52,21 @@ def test_a_name_alone_is_the_value_of_all_and_with_a_muscles_name_that_of_one():
 def test_without_muscles_there_is_one_in_the_nodes_own_namespace(nothing):
     plan = read_plan({'muscles': nothing, 'hA': 0.02}, SIM)
     assert list(plan.muscles) == [''] and not plan.many and plan.muscles['']['joint_name'] == 'tcp_muscle'
+
+
+@pytest.mark.parametrize(
+    ('namespace', 'given', 'joint'),
+    [
+        ('/', {}, 'tcp_muscle'),
+        ('/left/finger_1', {}, 'finger_1'),
+        ('/finger_1', {'joint_name': 'knuckle'}, 'knuckle'),
+        ('/finger_1', {'joint_name': 'tcp_muscle'}, 'tcp_muscle'),
+    ],
+)
+@pytest.mark.parametrize('owner', [SIM, CONTROL, DRIVER])
+def test_the_joint_of_one_muscle_has_the_name_of_its_namespace_unless_told_otherwise(namespace, given, joint, owner):
+    assert read_plan(given, owner, namespace).muscles['']['joint_name'] == joint
+    assert read_plan(TWO, owner, namespace).muscles['thumb']['joint_name'] == 'thumb'
 
 
 @pytest.mark.parametrize(

@@ -166,7 +166,7 @@ def test_what_is_commanded_flows_and_what_is_measured_is_said(bench, rig):
         assert rig.resistance.last.data == pytest.approx(14.0)
         assert rig.temperature.last.temperature == pytest.approx(36.85)
         assert rig.joints.last.position[0] == pytest.approx(0.003)
-        assert rig.temperature.last.header.frame_id == rig.joints.last.header.frame_id == 'tcp_muscle_moving_end'
+        assert rig.temperature.last.header.frame_id == rig.joints.last.header.frame_id == 'rig_moving_end'
     rig.stops('no command for 0.5 s')
 
 

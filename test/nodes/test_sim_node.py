@@ -72,8 +72,8 @@ def test_one_tick_carries_one_stamp_and_ticks_are_a_period_apart(bench, sim):
     came, message = sim.temperature[50]
     behind = time.time_ns() - (time.monotonic() - came) * 1e9 - stamp(message)
     assert abs(behind) < 0.5e9, 'stamps are not on the system clock'
-    assert message.header.frame_id == 'tcp_muscle_moving_end' == sim.joints.last.header.frame_id
-    assert sim.joints.last.name == ['tcp_muscle']
+    assert message.header.frame_id == 'shared_moving_end' == sim.joints.last.header.frame_id
+    assert sim.joints.last.name == ['shared'], 'named after the namespace'
 
 
 def test_the_muscle_on_the_topics_is_the_muscle_of_the_model_to_the_last_bit(bench, sim):
