@@ -1,5 +1,7 @@
 """A finger with four muscles over a ball in MuJoCo, without a screen, and the controller of its two joints.
 
+robot_state_publisher says where its links are (/tf), as in urdf/finger.urdf.
+
 Needs MuJoCo: pip install mujoco. Pictures are on camera/image while somebody looks at them.
 
 ros2 launch tcp_muscle_ros finger.launch.py
@@ -7,11 +9,9 @@ ros2 topic pub -r 10 /finger/joint_commands sensor_msgs/msg/JointState '{name: [
 ros2 topic pub -r 10 /finger/knuckle/cocontraction_setpoint std_msgs/msg/Float64 '{data: 0.8}'
 """
 
-from launch.substitutions import PathJoinSubstitution
 from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
 
-from tcp_muscle_ros.nodes.launching import description, node
+from tcp_muscle_ros.nodes.launching import description, installed_urdf, node, state_publisher
 from tcp_muscle_ros.settings.launch_arguments import parameters_of
 
 ARGUMENTS = [
@@ -24,11 +24,11 @@ NODES = ('sim_node', 'controller_node')
 
 def start(value):
     parameters = parameters_of(value, own='finger.yaml')
-    urdf = PathJoinSubstitution([FindPackageShare('tcp_muscle_ros'), 'urdf', 'finger.urdf'])
-    weight = {'description_file': ParameterValue(urdf, value_type=str)}
+    weight = {'description_file': ParameterValue(installed_urdf('finger.urdf'), value_type=str)}
     return [
         node('sim_node', value['namespace'], parameters),
         node('controller_node', value['namespace'], [weight, *parameters]),
+        state_publisher('finger.urdf', {}, value['namespace']),
     ]
 
 

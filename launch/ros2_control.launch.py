@@ -10,13 +10,10 @@ import os
 from pathlib import Path
 from urllib.parse import quote
 
-from launch.substitutions import Command, FindExecutable, PathJoinSubstitution
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
 
 from tcp_muscle_ros.files.outputs import in_place_of
-from tcp_muscle_ros.nodes.launching import description, node
+from tcp_muscle_ros.nodes.launching import description, node, state_publisher
 from tcp_muscle_ros.settings.launch_arguments import config_file, joint_of, parameters_of
 
 ARGUMENTS = [
@@ -42,17 +39,10 @@ def controllers_for(joint):
 def start(value):
     joint = joint_of(value, MUSCLE[0])
     namespace = value['namespace'].strip('/') or joint
-    xacro = PathJoinSubstitution([FindPackageShare('tcp_muscle_ros'), 'urdf', 'tcp_muscle.urdf.xacro'])
-    arguments = [' name:=', joint, ' namespace:=', f'/{namespace}']
-    robot = Command([FindExecutable(name='xacro'), ' ', xacro, *arguments])
     controllers = value['controllers_file'] or controllers_for(joint)
     return [
         *(node(name, namespace, parameters_of(value)) for name in MUSCLE),
-        Node(
-            package='robot_state_publisher',
-            executable='robot_state_publisher',
-            parameters=[{'robot_description': ParameterValue(robot, value_type=str)}],
-        ),
+        state_publisher('tcp_muscle.urdf.xacro', {'name': joint, 'namespace': f'/{namespace}'}),
         Node(package='controller_manager', executable='ros2_control_node', parameters=[controllers], output='screen'),
         Node(package='controller_manager', executable='spawner', arguments=[*CONTROLLERS, '--param-file', controllers]),
     ]

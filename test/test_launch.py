@@ -196,7 +196,7 @@ def test_ros2_control_has_one_joint_in_urdf_controllers_and_muscle_and_leaves_on
         plan = {**parameters_of(muscle), **parameters_of(controller)}
         assert plan.get('joint_name', joint_in(namespace)) == joint, given
         command = publisher.parameters[0]['robot_description'].given[0].given[0]
-        assert command[-4:] == [' name:=', joint, ' namespace:=', f'/{namespace}'], given
+        assert command[-2:] == [f' name:={joint}', f' namespace:=/{namespace}'], given
         controllers = yaml.safe_load(Path(manager.parameters[0]).read_text(encoding='utf-8'))
         assert controllers['muscle_position_controller']['ros__parameters']['joints'] == [joint], given
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob('*') if path.is_file()}
@@ -208,7 +208,12 @@ def test_ros2_control_has_one_joint_in_urdf_controllers_and_muscle_and_leaves_on
 @pytest.mark.parametrize('robot', ['finger', 'antagonist'])
 def test_the_nodes_of_a_robot_stand_where_its_description_looks_for_them(robot, launched):
     """In the namespace of its name (test_urdf.py), and so do the topics of every line to type after the launch."""
-    assert {one.namespace for one in launched(f'{robot}.launch.py')} == {robot}
+    *nodes, publisher = launched(f'{robot}.launch.py')
+    assert {one.namespace for one in (*nodes, publisher)} == {robot}, 'and /tf is made of the joint_states there'
+    assert [one.executable for one in nodes] == ['sim_node', 'controller_node']
+    assert publisher.executable == 'robot_state_publisher'
+    told = publisher.parameters[0]['robot_description'].given[0].given[0][2].given[0]
+    assert told[-1].startswith(f'{robot}.urdf') and (ROOT / 'urdf' / told[-1]).is_file()
     told = 0
     for path in (ROOT / 'README.md', *LAUNCH_FILES, *(ROOT / 'docs').glob('*.md')):
         for block in path.read_text(encoding='utf-8').split('\n\n'):

@@ -8,7 +8,10 @@ from typing import Any
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import Command, FindExecutable, PathJoinSubstitution
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
 
 from tcp_muscle_ros.settings.launch_arguments import Row, read_arguments
 
@@ -43,4 +46,21 @@ def node(executable: str, namespace: str, parameters: Sequence[Any]) -> Node:
         namespace=namespace,
         parameters=list(parameters),
         output='screen',
+    )
+
+
+def installed_urdf(name: str) -> PathJoinSubstitution:
+    """The path of a file of urdf/ where the package is installed."""
+    return PathJoinSubstitution([FindPackageShare('tcp_muscle_ros'), 'urdf', name])
+
+
+def state_publisher(urdf: str, arguments: Mapping[str, str], namespace: str = '') -> Node:
+    """robot_state_publisher of a file of urdf/, given its arguments: makes /tf of the joint_states of the namespace."""
+    words = [f' {name}:={value}' for name, value in arguments.items()]
+    robot = Command([FindExecutable(name='xacro'), ' ', installed_urdf(urdf), *words])
+    return Node(
+        package='robot_state_publisher',
+        executable='robot_state_publisher',
+        namespace=namespace,
+        parameters=[{'robot_description': ParameterValue(robot, value_type=str)}],
     )

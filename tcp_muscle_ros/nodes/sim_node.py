@@ -52,8 +52,10 @@ class SimNode(SafeNode[SimMuscle]):
         self._all_joints = None
         if self.plan.many:
             names = [muscle.settings['joint_name'] for muscle in self.muscles] + [joint.name for joint in self._joints]
+            joints = joint_states(names)
+            joints.header.frame_id = '' if self._robot is None else self._robot.frame
             self._all_joints, (self._position, self._velocity, self._effort) = self.stamped(
-                'joint_states', joint_states(names), 'position', 'velocity', 'effort'
+                'joint_states', joints, 'position', 'velocity', 'effort'
             )
 
     def _make_robot(self) -> SimRobot | None:

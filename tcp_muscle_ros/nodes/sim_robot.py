@@ -19,6 +19,7 @@ from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.sim_joint import read_torque
 from tcp_muscle_ros.nodes.sim_muscle import SimMuscle
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, STATE_QOS
+from tcp_muscle_ros.robots.models import OPTICAL, root
 from tcp_muscle_ros.robots.pictures import Camera, camera
 from tcp_muscle_ros.robots.robot import Robot
 
@@ -37,6 +38,7 @@ class SimRobot:
         self.robot = Robot(robot, {name: muscle.muscle for name, muscle in muscles.items()})
         self._step = float(self.robot.model.opt.timestep)
         self._owed = 0.0  # s, by which the simulator is behind the ticks
+        self.frame = str(self.robot.model.body(root(self.robot.model)).name)  # the link that all others hang on
 
     def take(self, muscles: Sequence[Muscle]) -> None:
         """The same muscles with other properties."""
@@ -129,7 +131,7 @@ class Eye:
         seen = self._camera.picture(still)
         height, width, _ = seen.shape
         message = Image(height=height, width=width, encoding='rgb8', step=3 * width)
-        message.header.stamp, message.header.frame_id = stamp, 'camera'
+        message.header.stamp, message.header.frame_id = stamp, OPTICAL
         message.data = array('B', seen.tobytes())
         self._publisher.publish(message)
 

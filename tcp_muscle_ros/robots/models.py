@@ -8,6 +8,8 @@ from tcp_muscle_ros.errors import BadInput, nearest
 
 DATA = Path(str(resources.files('tcp_muscle_ros.robots') / 'data'))
 ROBOTS = tuple(sorted(path.stem for path in DATA.glob('*.xml')))
+VIEW = 'side'  # the camera of a model that takes the pictures
+OPTICAL = 'camera_optical_frame'  # the link of the URDF that they are in
 
 
 def mujoco() -> Any:
@@ -53,3 +55,9 @@ def load(robot: str) -> Any:
         return mujoco().MjModel.from_xml_path(str(path))
     except ValueError as problem:
         raise BadInput(f'{path}: MuJoCo cannot read it: {" ".join(str(problem).split())}') from None
+
+
+def root(model: Any) -> int:
+    """The number of the body that the others hang on: the first that does not float freely."""
+    free = {int(model.jnt_bodyid[j]) for j in range(model.njnt) if model.jnt_type[j] == mujoco().mjtJoint.mjJNT_FREE}
+    return next(body for body in range(1, model.nbody) if body not in free)

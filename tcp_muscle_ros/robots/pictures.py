@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.robots.drawing import Drawing
-from tcp_muscle_ros.robots.models import mujoco
+from tcp_muscle_ros.robots.models import VIEW, mujoco
 from tcp_muscle_ros.robots.robot import Robot
 
 Image = NDArray[np.uint8]
@@ -38,7 +38,7 @@ def colour(temperature: float) -> tuple[float, float, float, float]:
     return 0.72 + 0.23 * share, 0.74 - 0.62 * share, 0.78 - 0.70 * share, 1.0
 
 
-def camera(robot: Robot, width: int = 640, height: int = 400, backend: str = '', view: str = 'side') -> Camera:
+def camera(robot: Robot, width: int = 640, height: int = 400, backend: str = '', view: str = VIEW) -> Camera:
     """A camera that looks at this robot.
 
     Args:

@@ -1,7 +1,8 @@
 """A robot's URDF, made from its MJCF: one source for the links, joints, masses and inertias of both.
 
 Links are the bodies; what floats freely (a ball to be grasped) is no part of the robot. A capsule becomes a cylinder
-with two spheres. Muscles are in neither description's links: their cables weigh nothing.
+with two spheres. Muscles are in neither description's links: their cables weigh nothing. Frames without mass are where
+each ends (``<muscle>_moving_end``, where the tendon holds its link) and where pictures are taken from (``camera``).
 """
 
 from xml.etree import ElementTree
@@ -11,8 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.robots.models import load, mujoco
+from tcp_muscle_ros.robots.models import OPTICAL, VIEW, load, mujoco, root
 
+_LOOKING = np.array(
+    [[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]]
+)  # MJCF's camera looks along -z, a link along x
+_SIDEWAYS = '-1.57079633 0 -1.57079633'  # rpy of an optical frame, z ahead and y down, on the camera's link
 _EFFORT, _SPEED = 0.02, 5.0  # N m and rad/s: of the muscles that come along, for those who plan motions
 
 
@@ -47,6 +52,8 @@ class _Writer:
             if body not in free:
                 self._link(body)
                 self._joint(body)
+        self._ends(free)
+        self._camera()
         self._control()
         ElementTree.indent(self.root)
         note = f'<!-- Made from {self.root.get("name")}.xml by scripts/make_urdf.py; change that. -->'
@@ -108,6 +115,49 @@ class _Writer:
             SubElement(element, 'limit', lower=low, upper=high, effort=_text(_EFFORT), velocity=_text(_SPEED))
             SubElement(element, 'dynamics', damping=_text(m.dof_damping[m.jnt_dofadr[joint]]))
             self.turning.append(name)
+
+    def _frame(self, name: str, body: int, place: NDArray[np.float64], quaternion: NDArray[np.float64]) -> None:
+        """A link without mass, fixed to a body; what is fixed to the world stands fixed to the robot's root."""
+        m, mj = self.m, self.mj
+        if body == 0:
+            body = root(m)
+            back, turned = np.zeros(4), np.zeros(4)
+            mj.mju_negQuat(back, m.body_quat[body])
+            mj.mju_mulQuat(turned, back, quaternion)
+            moved = np.zeros(3)
+            mj.mju_rotVecQuat(moved, place - m.body_pos[body], back)
+            place, quaternion = moved, turned
+        SubElement(self.root, 'link', name=name)
+        joint = SubElement(self.root, 'joint', name=f'{name}_mount', type='fixed')
+        SubElement(joint, 'parent', link=self._name('BODY', body))
+        SubElement(joint, 'child', link=name)
+        _origin(joint, place, quaternion)
+
+    def _ends(self, free: set[int]) -> None:
+        """Where the tendon of each muscle ends: the frame of what the muscle publishes."""
+        m = self.m
+        for actuator in np.flatnonzero(m.actuator_trntype == self.mj.mjtTrn.mjTRN_TENDON):
+            tendon = int(m.actuator_trnid[actuator, 0])
+            last = int(m.tendon_adr[tendon] + m.tendon_num[tendon] - 1)
+            site = int(m.wrap_objid[last])
+            if m.wrap_type[last] == self.mj.mjtWrap.mjWRAP_SITE and int(m.site_bodyid[site]) not in free:
+                name = f'{self._name("TENDON", tendon)}_moving_end'
+                self._frame(name, int(m.site_bodyid[site]), m.site_pos[site], m.site_quat[site])
+
+    def _camera(self) -> None:
+        """The camera of the pictures, with the frame that they are in."""
+        number = self.mj.mj_name2id(self.m, self.mj.mjtObj.mjOBJ_CAMERA, VIEW)
+        if number < 0:
+            return
+        ahead, turned = np.zeros(4), np.zeros(4)
+        self.mj.mju_mat2Quat(ahead, _LOOKING.ravel())
+        self.mj.mju_mulQuat(turned, self.m.cam_quat[number], ahead)
+        self._frame('camera', int(self.m.cam_bodyid[number]), self.m.cam_pos[number], turned)
+        SubElement(self.root, 'link', name=OPTICAL)
+        joint = SubElement(self.root, 'joint', name=f'{OPTICAL}_mount', type='fixed')
+        SubElement(joint, 'parent', link='camera')
+        SubElement(joint, 'child', link=OPTICAL)
+        SubElement(joint, 'origin', xyz='0 0 0', rpy=_SIDEWAYS)
 
     def _control(self) -> None:
         """What ros2_control needs to drive it through topics, as in tcp_muscle_macros.xacro.

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 pytest.importorskip('mujoco', reason="needs MuJoCo (extra 'mujoco', Python 3.11 and later)")
 
-from sensor_msgs.msg import Image, JointState
+from sensor_msgs.msg import Image, JointState, Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 
@@ -18,6 +19,25 @@ pytestmark = pytest.mark.processes
 ROOT = Path(__file__).resolve().parents[2]
 FINGER = ROOT / 'config' / 'finger.yaml'
 JOINTS, MUSCLES = ['knuckle', 'middle'], ['knuckle_flexor', 'knuckle_extensor', 'middle_flexor', 'middle_extensor']
+
+
+def in_frames_of_the_robot(bench, heard):
+    """Whatever the nodes publish with a frame is in a link of the robot's description, as finger.launch.py shows it."""
+    links = {link.get('name') for link in ElementTree.parse(ROOT / 'urdf' / 'finger.urdf').getroot().findall('link')}
+    kinds = {kind.__module__.split('.')[0] + '/msg/' + kind.__name__: kind for kind in (Temperature, JointState, Image)}
+    made = {
+        topic.removeprefix('/finger/'): kinds.get(types[0])
+        for topic, types in bench.node.get_topic_names_and_types()
+        if {one.node_name for one in bench.node.get_publishers_info_by_topic(topic)} & {'sim_node', 'controller_node'}
+        and types[0].split('/')[0] in ('sensor_msgs', 'geometry_msgs', 'std_msgs')
+        and types[0] != 'std_msgs/msg/Float64'
+    }
+    assert len(made) == 2 + 2 * len(MUSCLES) and all(made.values()), made
+    more = {topic: bench.listen(f'/finger/{topic}', kind) for topic, kind in made.items() if topic not in heard}
+    for topic, messages in {**heard, **more}.items():
+        bench.until(lambda messages=messages: messages, f'nothing on {topic}')
+        assert messages.last.header.frame_id in links, f'{topic}: no link is called {messages.last.header.frame_id!r}'
+    bench.forget(*more.values())
 
 
 def test_it_goes_where_it_is_told_is_seen_and_ends_without_current(bench):
@@ -46,6 +66,7 @@ def test_it_goes_where_it_is_told_is_seen_and_ends_without_current(bench):
     assert shown['knuckle_flexor'] == pytest.approx(0.01 * shown['knuckle'], abs=1e-4)
 
     bench.until(lambda: images, 'no picture')
+    in_frames_of_the_robot(bench, {'camera/image': images, 'joint_states': states})
     picture = images.last
     assert (picture.width, picture.height, picture.encoding, picture.step) == (320, 200, 'rgb8', 960)
     assert np.frombuffer(picture.data, dtype=np.uint8).std() > 10.0

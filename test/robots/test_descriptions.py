@@ -58,6 +58,32 @@ def test_gravity_is_that_of_mujoco_in_every_pose_and_direction(robot):
             assert torques[joint] == pytest.approx(held, rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.parametrize('robot', ROBOTS)
+def test_a_muscle_ends_where_its_tendon_does_and_the_camera_looks_where_mujocos_does(robot):
+    """In a pose, by MuJoCo's reading of the URDF whose fixed frames are kept."""
+    described = ElementTree.fromstring(urdf(robot))
+    ElementTree.SubElement(ElementTree.SubElement(described, 'mujoco'), 'compiler', fusestatic='false')
+    mine, theirs = load(robot), mujoco.MjModel.from_xml_string(ElementTree.tostring(described, encoding='unicode'))
+    posed = []
+    for model in (mine, theirs):
+        data = mujoco.MjData(model)
+        for k, joint in enumerate(joints_of(robot)):
+            data.qpos[model.joint(joint).qposadr] = 0.3 * (k + 1)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_camlight(model, data)
+        posed.append(data)
+    data, said = posed
+    for joint in joints_of(robot):
+        for muscle in (f'{joint}_flexor', f'{joint}_extensor'):
+            end = said.body(f'{muscle}_moving_end').xpos
+            assert end == pytest.approx(data.site(f'{muscle}_end').xpos, abs=1e-9)
+    camera, optical, ahead = data.camera('side'), said.body('camera_optical_frame'), said.body('camera')
+    assert optical.xpos == pytest.approx(camera.xpos, abs=1e-9) and ahead.xpos == pytest.approx(camera.xpos, abs=1e-9)
+    right, up, back = camera.xmat.reshape(3, 3).T
+    assert np.abs(optical.xmat.reshape(3, 3).T - [right, -up, -back]).max() < 1e-6
+    assert np.abs(ahead.xmat.reshape(3, 3).T - [-back, -right, up]).max() < 1e-6
+
+
 def test_the_pulleys_are_those_of_the_controllers_parameters():
     import yaml
 
