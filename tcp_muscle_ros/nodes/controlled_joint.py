@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from math import isfinite
 from pathlib import Path
 
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.antagonist import FREE, Antagonist, Hold, Side
@@ -14,6 +15,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import Settings
+from tcp_muscle_ros.nodes.safe_muscle import number
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS
 from tcp_muscle_ros.settings.operating import JOINT
 
@@ -47,6 +49,7 @@ class ControlledJoint:
         self._pair = agonist, antagonist
         self.setpoint: float | None = None  # rad
         self.angle: float | None = None  # rad, measured
+        self._idle = 'no setpoint yet'  # why its muscles are told nothing; '' while they are
         self.apply(settings)
         # What is still to be compiled is compiled before the first tick.
         self._control.update(0.0, 0.0, 0.0, (0.0, 0.0), (agonist.ambient, antagonist.ambient), stiffness=0.0)
@@ -125,10 +128,15 @@ class ControlledJoint:
         agonist, antagonist = self._pair
         agonist.partner_stopped, antagonist.partner_stopped = antagonist.stopped, agonist.stopped
         one, two = agonist.tension(now), antagonist.tension(now)
-        lost = agonist.silent or antagonist.silent
-        if self.setpoint is None or self.angle is None or one is None or two is None or lost:
+        if self.setpoint is None or self.angle is None:
+            self._idle = 'no setpoint yet' if self.setpoint is None else 'no angle yet'
             self._control.reset()
             return
+        if one is None or two is None or agonist.silent or antagonist.silent:
+            self._idle = 'a muscle is stopped or not measured'
+            self._control.reset()
+            return
+        self._idle = ''
         wanted = self._control.update(
             self.setpoint,
             self._cocontraction,
@@ -140,6 +148,25 @@ class ControlledJoint:
         )
         for muscle, temperature in zip(self._pair, wanted, strict=True):
             muscle.aim(temperature)
+
+    # Diagnostics
+
+    def status(self) -> DiagnosticStatus:
+        """What /diagnostics says of it."""
+        driven = not self._idle
+        facts = {
+            'angle_rad': self.angle,
+            'setpoint_rad': self.setpoint,
+            'cocontraction_n': self._control.cocontraction if driven else None,
+            'stiffness_n_m_per_rad': self._control.stiffness if driven else None,
+        }
+        return DiagnosticStatus(
+            level=DiagnosticStatus.OK if driven else DiagnosticStatus.WARN,
+            name=f'{self._node.get_fully_qualified_name()}/{self.name}',
+            message=self._idle or 'driven',
+            hardware_id=self.name,
+            values=[KeyValue(key=key, value=number(value)) for key, value in facts.items()],
+        )
 
 
 class Weight:

@@ -8,6 +8,7 @@ if __name__ == '__main__':  # python -m: before the rest is loaded, as entry.py 
 from collections.abc import Callable, Sequence
 from math import isnan
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
@@ -87,6 +88,10 @@ class ControllerNode(SafeNode[ControlledMuscle]):
             self.get_logger().warning(
                 f"joint_commands names '{name}', no joint of this node{nearest(name, self._setpoints)}"
             )
+
+    def more_statuses(self) -> list[DiagnosticStatus]:
+        """The joints'."""
+        return [joint.status() for joint in self._joints.values()]
 
     def look_for_unmatched(self) -> None:
         """Also for a simulation that this node cannot follow."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, Generic, TypeVar
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -83,6 +83,10 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
     def work(self, stamp: int, dt: float, now: float, publish: bool) -> None:
         """One tick: stamp in ns, dt in s since the last, ``now`` in s of steady time."""
         raise NotImplementedError
+
+    def more_statuses(self) -> list[DiagnosticStatus]:
+        """What diagnostics say once a second beside the muscles'."""
+        return []
 
     def make_time_base(self) -> TimeBase:
         """The clock that the ticks keep to."""
@@ -230,6 +234,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         with self.lock:
             self._watch_clock()
             reports = [(muscle, muscle.safety.report()) for muscle in self.muscles]
+            more = self.more_statuses()
         for muscle, report in reports:
             muscle.tell_refused(report)
         jumps = 0 if self.loop is None else self.loop.jumps
@@ -237,7 +242,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
             log.warning('the clock jumped: the step was skipped')
         if self.loop is not None and self.loop.waiting_for_clock and time.monotonic() - self._started > 5.0:
             log.warning('use_sim_time is true, but no /clock has come', throttle_duration_sec=10.0)
-        self._publish_diagnostics(reports)
+        self._publish_diagnostics(reports, more)
         self._jumps = jumps
         self._missed = 0 if self.loop is None else self.loop.missed
         self.look_for_unmatched()  # last: the ticks until the next look take it into what they say
@@ -250,7 +255,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
                 self.get_logger().warning(sentence)
         self.unmatched = unmatched
 
-    def _publish_diagnostics(self, reports: Iterable[tuple[M, Report]]) -> None:
+    def _publish_diagnostics(self, reports: Iterable[tuple[M, Report]], more: Iterable[DiagnosticStatus] = ()) -> None:
         loop = self.loop
         missed = 0 if loop is None else loop.missed
         worries = list(self.unmatched.values())
@@ -262,6 +267,6 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
             'unpublished_ticks': str(0 if loop is None else loop.unpublished),
             'clock_jumps': str(0 if loop is None else loop.jumps),
         }
-        array = DiagnosticArray(status=[muscle.status(report, worries, facts) for muscle, report in reports])
+        array = DiagnosticArray(status=[*(muscle.status(report, worries, facts) for muscle, report in reports), *more])
         array.header.stamp = Time(nanoseconds=max(self.time_base.now(), 0)).to_msg()
         self._diagnostics.publish(array)

@@ -1,6 +1,7 @@
 """Every value in /diagnostics is a number with its unit in the key, a count, or words: all keys of all nodes."""
 
 from math import inf, isfinite, isnan
+from pathlib import Path
 
 import pytest
 
@@ -8,10 +9,12 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 pytest.importorskip('serial', reason='needs pyserial, the extra hardware')
 
 from diagnostic_msgs.msg import DiagnosticArray
+from std_msgs.msg import Float64
 
+ANTAGONIST = Path(__file__).resolve().parents[2] / 'config' / 'antagonist.yaml'
 pytestmark = pytest.mark.processes
 
-UNITS = ('a', 'c', 'm', 'ohm', 's')  # after the last underscore of a key
+UNITS = ('a', 'c', 'm', 'n', 'ohm', 'rad', 's')  # after the last underscore of a key
 COUNTS = {
     *('ticks', 'missed_ticks', 'unpublished_ticks', 'clock_jumps'),
     *('rejected_commands', 'command_timeouts', 'skipped_steps', 'broken_lines', 'alarms'),
@@ -33,6 +36,7 @@ CONTROLLED = SAFE | {
 KEYS = {
     'sim_node': SAFE | {'fibre_temperature_c', 'in_domain', 'slack', 'effects'},
     'controller_node': CONTROLLED | {'displacement_m'},
+    'knuckle': {'angle_rad', 'setpoint_rad', 'cocontraction_n', 'stiffness_n_m_per_rad'},  # a joint of a controller
     'by_resistance': CONTROLLED | {'resistance_ohm'},
     'serial_driver_node': SAFE | {'board', 'board_uptime_s', 'broken_lines'},
     'twin_node': {
@@ -68,7 +72,7 @@ def complaint(key, text):
 
 @pytest.fixture(scope='module')
 def heard(bench):
-    """node -> its latest values, of a muscle that is driven, controlled and followed."""
+    """node -> its latest values, of a muscle that is driven, controlled and followed, and of two on a joint."""
     diagnostics = bench.listen('/diagnostics', DiagnosticArray)
     bench.start('sim_node', 'told')
     bench.start('controller_node', 'told')
@@ -76,17 +80,24 @@ def heard(bench):
     bench.start('controller_node', 'told/apart', '-r', '__node:=by_resistance', **by_resistance)
     bench.start('twin_node', 'told')
     bench.start('serial_driver_node', 'told/apart', port=bench.folder / 'none')
-    latest = {}
+    for name in ('sim_node', 'controller_node'):
+        bench.start(name, 'pair', '--params-file', str(ANTAGONIST))
+    latest, of_joint = {}, '/pair/controller_node/knuckle'
 
     def all_of_them():
         for _, array in diagnostics[:]:
             for status in array.status:
-                if status.name.startswith('/told/'):
+                if status.name.startswith('/told/') or status.name == of_joint:
                     latest[status.name.rpartition('/')[2]] = {value.key: value.value for value in status.values}
         return set(latest) == set(KEYS) and is_number(latest['controller_node']['predicted_temperature_c'])
 
+    bench.speaker('/pair/knuckle/angle_setpoint').publish(Float64(data=0.2))
+
+    def settled():
+        return latest['twin_node']['state'] == 'follows' and latest['knuckle']['stiffness_n_m_per_rad'] != 'nan'
+
     with bench.repeating(bench.speaker('/told/displacement_setpoint'), 0.005):
-        bench.until(lambda: all_of_them() and latest['twin_node']['state'] == 'follows', 'not all are heard', 240.0)
+        bench.until(lambda: all_of_them() and settled(), 'not all are heard', 240.0)
     return latest
 
 
@@ -103,6 +114,10 @@ def test_what_is_known_is_a_number(heard):
         'twin_node': ('hottest_c',),
     }.items():
         assert all(isfinite(float(heard[node][key])) for key in keys), (node, heard[node])
+    joint = {key: float(text) for key, text in heard['knuckle'].items()}
+    assert joint['setpoint_rad'] == 0.2 and abs(joint['angle_rad']) < 0.4
+    assert 0.3 < joint['cocontraction_n'] < 1.0
+    assert 0.001 < joint['stiffness_n_m_per_rad'] < 0.01, 'two coils of 20 N/m on 10 mm: 0.004'
     assert isnan(float(heard['serial_driver_node']['board_uptime_s'])), 'there is no board'
 
 
