@@ -6,6 +6,7 @@ from glob import glob
 from pathlib import Path
 
 from setuptools import find_packages, setup
+from setuptools.command.develop import develop
 from setuptools.command.install import install
 
 NAME = 'tcp_muscle_ros'
@@ -23,6 +24,22 @@ def version():
     return text.split("__version__ = '")[1].split("'")[0]
 
 
+def compile_model(library, *options, **environment):
+    """Compile the model of the package as it will be imported from ``library``; where that fails, only say so."""
+    path = os.pathsep.join(filter(None, [str(library), os.environ.get('PYTHONPATH')]))
+    done = subprocess.run(
+        [sys.executable, '-m', f'{NAME}.robots', *options],
+        env={**os.environ, 'PYTHONPATH': path, **environment},
+        cwd=tempfile.gettempdir(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        why = (done.stderr.strip().splitlines() or ['no reason given'])[-1]
+        print(f'the model was not compiled, so the first start does it: {why}', file=sys.stderr)
+
+
 class Install(install):
     """An installation in place, as `colcon build` makes it, has the model compiled into it: no start waits for that.
 
@@ -31,32 +48,30 @@ class Install(install):
 
     def run(self):
         super().run()
-        if self.root is None:
-            self.compile_model()
-
-    def compile_model(self):
+        if self.root is not None:
+            return
         library = Path(self.install_lib).resolve()
         for file in (library / NAME).rglob('*.py'):
             # numba holds machine code against the date of its source; archives and containers keep whole seconds.
             os.utime(file, (int(file.stat().st_mtime),) * 2)
         with tempfile.TemporaryDirectory() as cache:
-            path = os.pathsep.join(filter(None, [str(library), os.environ.get('PYTHONPATH')]))
-            done = subprocess.run(
-                [sys.executable, '-m', f'{NAME}.robots', '--ship'],
-                env={**os.environ, 'PYTHONPATH': path, 'XDG_CACHE_HOME': cache},
-                cwd=cache,
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-        if done.returncode:
-            why = (done.stderr.strip().splitlines() or ['no reason given'])[-1]
-            print(f'the model was not compiled, so the first start does it: {why}', file=sys.stderr)
+            compile_model(library, '--ship', XDG_CACHE_HOME=cache)
+
+
+class Develop(develop):
+    """`colcon build --symlink-install` leaves the code where it is edited: its machine code is in the user's cache."""
+
+    def run(self):
+        super().run()
+        # As colcon calls it, from the folder that it puts on the path. From setuptools 80 on it has another `develop`
+        # without --editable, and colcon installs instead.
+        if getattr(self, 'editable', False) and not self.uninstall:
+            compile_model(Path.cwd())
 
 
 setup(
     name=NAME,
-    cmdclass={'install': Install},
+    cmdclass={'develop': Develop, 'install': Install},
     version=version(),
     description='Twisted and coiled polymer (TCP) artificial muscles in ROS 2',
     long_description=(HERE / 'README.md').read_text(encoding='utf-8'),

@@ -1,12 +1,16 @@
 """What a ROS 2 installation makes of this package: rosdep's keys, and the plugins that its pytest loads."""
 
+import os
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
+import setuptools
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -96,3 +100,27 @@ def test_the_pytest_of_ubuntu_24_04_is_new_enough():
     tomllib = pytest.importorskip('tomllib', reason='tomllib is of Python 3.11')
     options = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['tool']['pytest']['ini_options']
     assert tuple(int(part) for part in options['minversion'].split('.')) <= (7, 4)
+
+
+@pytest.mark.filterwarnings('ignore')  # setuptools warns of its own command, which colcon uses
+@pytest.mark.parametrize(
+    ('given', 'compiled'), [({'editable': True}, 1), ({}, 0), ({'editable': True, 'uninstall': 1}, 0)]
+)
+def test_colcon_with_links_compiles_the_model_where_it_will_be_imported_from(given, compiled, monkeypatch, tmp_path):
+    """As colcon calls it (`develop --editable`, in its build folder); .ci/run has colcon do so and starts a node."""
+    made, ran = {}, []
+    monkeypatch.setattr(setuptools, 'setup', lambda **named: made.update(named))
+    runpy.run_path(str(ROOT / 'setup.py'))
+    command = made['cmdclass']['develop'](setuptools.Distribution())
+    vars(command).update(given)
+    monkeypatch.setattr(type(command).__mro__[1], 'run', lambda self: None)
+    monkeypatch.setattr(
+        subprocess, 'run', lambda *words, **named: ran.append((words[0], named)) or SimpleNamespace(returncode=0)
+    )
+    monkeypatch.chdir(tmp_path)
+    command.run()
+    assert len(ran) == compiled
+    for words, named in ran:
+        assert words[1:] == ['-m', 'tcp_muscle_ros.robots'], "into the user's cache, not into the source"
+        assert named['env']['PYTHONPATH'].split(os.pathsep)[0] == str(tmp_path)
+        assert named['env'].get('XDG_CACHE_HOME') == os.environ.get('XDG_CACHE_HOME')
