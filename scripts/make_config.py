@@ -2,13 +2,14 @@
 """Write the parameter files of config/ from the one table in tcp_muscle_ros/muscle/table.py."""
 
 from functools import partial
+from math import floor
 from pathlib import Path
 
-from tcp_muscle_ros.muscle import SETS, Parameters
+from tcp_muscle_ros.muscle import SETS, ZERO_CELSIUS, Parameters, steady_current
 from tcp_muscle_ros.muscle.edges import EDGES
 from tcp_muscle_ros.muscle.family import FAMILY
 from tcp_muscle_ros.muscle.table import DERIVED
-from tcp_muscle_ros.settings.parameter_file import describe, render
+from tcp_muscle_ros.settings.parameter_file import describe, number_text, render
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 HEADINGS = {
@@ -38,6 +39,12 @@ HEADINGS = {
     ),
 }
 
+LOADS = {  # N, to begin with, and why
+    'sun_zhao_2021': (0.294, '30 g; above 0.3 N the strained fibre softens more than this set knows'),
+    'mcginty_iron_wire': (0.064, 'stretches it by 15 mm, as the author does: its turns touch at rest'),
+}
+WARM = 80.0  # degC, at which the paper's muscle peaks at the 0.27 A that are its limit
+
 
 def note(muscle: str, name: str) -> str:
     """The comment behind a value: for another muscle than the paper's, where it stands in its source."""
@@ -50,6 +57,15 @@ def note(muscle: str, name: str) -> str:
     return f"{EDGES[name].unit}; not stated: that of the paper's muscle"
 
 
+def running(name: str) -> str:
+    """How a muscle of another source is run: its own limit and load in place of those of the paper's muscle."""
+    muscle, (load, why) = Parameters.named(name), LOADS[name]
+    limit = floor(100 * steady_current(muscle, WARM + ZERO_CELSIUS)) / 100
+    given = '' if 'R0' in FAMILY[name] else ", with the paper's resistance: measure yours first"
+    rows = (('current_limit_a', limit, f'A; settles below {WARM:g} degC{given}'), ('load_n', load, f'N; {why}'))
+    return ''.join(f'    {f"{row}: {number_text(value)}":<34} # {text}\n' for row, value, text in rows)
+
+
 def files() -> dict[Path, str]:
     """Each file of config/ that is made here, and its text."""
     return {
@@ -58,6 +74,7 @@ def files() -> dict[Path, str]:
             heading=(*HEADINGS[name], '', 'Made by scripts/make_config.py: name: value  # unit; meaning; source'),
             note=partial(note, name),
         )
+        + (running(name) if name in FAMILY else '')
         for name in SETS
     }
 

@@ -46,11 +46,12 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.files.outputs import in_place_of, writable_file
     from tcp_muscle_ros.muscle.geometry import estimates
     from tcp_muscle_ros.muscle.parameters import Parameters
+    from tcp_muscle_ros.muscle.table import DERIVED
     from tcp_muscle_ros.settings.parameter_file import describe, write
 
     output = writable_file(args.output, force=args.force)
     found = estimates(_coil(args))
-    muscle = Parameters({name: estimate.value for name, estimate in found.items()})
+    muscle = Parameters({name: estimate.value for name, estimate in found.items() if name not in DERIVED})
 
     def note(name: str) -> str:
         return _note(name, found[name]) if name in found else describe(name)
@@ -67,8 +68,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _note(name: str, estimate: Estimate) -> str:
     from tcp_muscle_ros.muscle.edges import EDGES
+    from tcp_muscle_ros.muscle.table import DERIVED
 
     bounds = '' if estimate.low == estimate.high else f'{estimate.low:.3g} to {estimate.high:.3g}; '
+    if name in DERIVED:
+        bounds = f'0 = {estimate.value:.3g}; {bounds}'
     return f'{EDGES[name].unit}; {bounds}{estimate.why}'
 
 

@@ -5,10 +5,11 @@ between a source and what the model makes of it are in ``docs/parameter_sets.md`
 """
 
 from collections.abc import Mapping
-from math import cos, pi, radians, sqrt, tan
+from math import cos, isclose, pi, radians, sqrt, tan
 from typing import NamedTuple
 
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS
+from tcp_muscle_ros.muscle.table import INDEX, TABLE
 
 
 class Stated(NamedTuple):
@@ -100,3 +101,21 @@ def _mcginty() -> dict[str, Stated]:
 
 
 FAMILY: Mapping[str, Mapping[str, Stated]] = {'sun_zhao_2021': _sun_zhao(), 'mcginty_iron_wire': _mcginty()}
+
+_GEOMETRY = ('L0', 'H0', 'D0')
+
+
+def not_stated(name: str, muscle: Mapping[str, float]) -> str:
+    """The set of another source whose coil a muscle has, where that does not state ``name`` and nobody else has: its
+    value is still that of the paper's muscle. Else ''.
+    """
+
+    def same(one: str, value: float) -> bool:
+        return isclose(muscle[one], value, rel_tol=1e-6)
+
+    if not same(name, TABLE[INDEX[name]].value):
+        return ''
+    for known, stated in FAMILY.items():
+        if name not in stated and all(same(one, stated[one].value) for one in _GEOMETRY):
+            return known
+    return ''

@@ -13,6 +13,7 @@ from tcp_muscle_ros.control.inverse import Inverse
 from tcp_muscle_ros.control.safety import FeedbackWatch, Limits, State
 from tcp_muscle_ros.control.tracking import Command, TrackingController
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.muscle.family import not_stated
 from tcp_muscle_ros.nodes.home import ControlHome
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle, number
@@ -119,6 +120,7 @@ class ControlledMuscle(SafeMuscle):
         self._controller = make_handover(settings)
         self._watch = FeedbackWatch('angle' if on_joint else self._feedback, 0.0, 0.0)
         self._apply_watch()
+        self._warn_of_resistance()
 
         self._current_command = self.publisher('current_command', COMMAND_QOS)
         self._shaped = self.publisher('shaped_setpoint')
@@ -162,6 +164,14 @@ class ControlledMuscle(SafeMuscle):
         self._watch.quantum = max(quantum, _FINE[self._feedback])
         self._model = other_model(settings) or settings.muscle()
         self._inverse = Inverse(self._model, settings['load_n'])
+
+    def _warn_of_resistance(self) -> None:
+        source = not_stated('R0', self._model)
+        if source:
+            self.node.get_logger().warning(
+                f"{self.said}R0 = {self._model['R0']:g} ohm is that of the paper's muscle: the source of {source} "
+                f'states none, so nobody knows how warm a current makes it; measure R0'
+            )
 
     # What comes in
 

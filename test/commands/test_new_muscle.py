@@ -32,6 +32,9 @@ def test_it_writes_what_the_geometry_says_and_the_tools_read_it(tmp_path, capsys
     text = path.read_text()
     assert '29 times too small' in text
     assert '0.801 to 23.2; G d^4/(8 D^3 N)' in text
+    (heat,) = (line for line in text.splitlines() if line.strip().startswith('C: '))
+    assert heat.strip().startswith('C: 0.0 '), 'follows a mass that is weighed later'
+    assert heat.endswith('# J/K; 0 = 0.0304; 0.0158 to 0.17; m cp, with the cp of the paper')
 
 
 def test_it_asks_for_what_no_option_says(tmp_path, monkeypatch, capsys):

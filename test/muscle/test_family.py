@@ -1,14 +1,16 @@
 """Other muscles from published sources: what their sources say of them, and how far the model is from it."""
 
 from math import exp, pi
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Parameters, length, steady_temperature
-from tcp_muscle_ros.muscle.family import FAMILY
+from tcp_muscle_ros.muscle.family import FAMILY, not_stated
 from tcp_muscle_ros.muscle.statics import resistance
+from tcp_muscle_ros.settings.parameter_file import read
 
 SUN = Parameters.named('sun_zhao_2021')
 MCGINTY = Parameters.named('mcginty_iron_wire')
@@ -22,6 +24,24 @@ def contraction(muscle, celsius):
 @pytest.mark.parametrize('muscle', FAMILY.values(), ids=list(FAMILY))
 def test_every_value_says_where_it_stands(muscle):
     assert all(stated.source for stated in muscle.values())
+
+
+def test_whose_resistance_nobody_stated():
+    assert not_stated('R0', SUN) == 'sun_zhao_2021'
+    assert not_stated('R0', SUN.replace(hA=0.02)) == 'sun_zhao_2021', 'calibrated, but for what was not seen'
+    assert not_stated('R0', SUN.replace(R0=9.0)) == not_stated('R0', MCGINTY) == not_stated('hA', SUN) == ''
+    assert not_stated('R0', Parameters.named('karami_tadesse_2017')) == ''
+
+
+@pytest.mark.parametrize('name', FAMILY)
+def test_a_shipped_set_is_run_within_what_it_is_known_for(name):
+    file = read(Path(__file__).resolve().parents[2] / 'config' / f'{name}.yaml')
+    muscle, load = file.parameters, file.number('load_n')
+    assert 350 < steady_temperature(muscle, file.number('current_limit_a')) <= 80.0 + ZERO_CELSIUS
+    if name == 'sun_zhao_2021':
+        assert 0.0 < load <= 0.3
+    else:
+        assert load / muscle['k0'] == pytest.approx(0.015, rel=0.01)
 
 
 def test_sun_zhao_time_constant():

@@ -5,6 +5,7 @@ import time
 from contextlib import contextmanager
 from itertools import pairwise
 from math import inf, nan
+from pathlib import Path
 
 import pytest
 
@@ -275,3 +276,17 @@ def test_the_message_sequence_of_joint_state_topic_system(bench):
     assert said.count("joint_commands names 'wheel', no joint of this node; known: finger_3") == 1, said
     for program in (controller, sim):
         program.kill()
+
+
+def test_a_set_whose_source_states_no_resistance_is_warned_of_once(bench):
+    file = ['--params-file', str(Path(__file__).resolve().parents[2] / 'config' / 'sun_zhao_2021.yaml')]
+    warned = "R0 = 14 ohm is that of the paper's muscle: the source of sun_zhao_2021 states none"
+    alone, measured = (
+        bench.start('controller_node', name, *file, *more)
+        for name, more in (('unstated', ()), ('measured', ('-p', 'R0:=20.0')))
+    )
+    for name in ('unstated', 'measured'):
+        bench.call(Trigger, f'/{name}/controller_node/reset')
+    assert alone.said().count(warned) == 1 and 'current_limit_a=0.23' in alone.said()
+    assert 'R0 =' not in measured.said()
+    assert [one.end(2) for one in (alone, measured)] == [0, 0]
