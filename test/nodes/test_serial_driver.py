@@ -35,6 +35,8 @@ class SimulatedBoard:
         self._link = link
         self.current = 0.0  # A, what flows
         self.last = 0  # number of the last command
+        self.told = []  # A, every command that it heard
+        self.emptied = 0.0  # when the line last had nothing more to be read
         self.delay = 0.0  # s, by which answers are late
         self.garbage = self.silent = False
         self.extra = 0.0  # A, more than was asked for
@@ -87,12 +89,16 @@ class SimulatedBoard:
         try:
             received = os.read(self._fd, 4096)
         except BlockingIOError:
-            received = b''
+            received, self.emptied = b'', now
+        except OSError:  # the other end is closed, and all that it sent was read
+            self.emptied = now
+            raise
         for line in self._lines.feed(received):
             body, _, digits = line.rpartition(b'*')
             if int(digits, 16) == checksum(body):
                 _, number, microampere = body.decode().split(',')
                 self.last, self.current, self._heard_at = int(number), int(microampere) / 1e6, now
+                self.told.append(self.current)
                 self._waiting.append((now + self.delay, self._answer(now)))
         while self._waiting and self._waiting[0][0] <= now:
             _, line = self._waiting.pop(0)
@@ -149,6 +155,11 @@ def rig(bench):
             bench.until(lambda: self.board.current == 0.0, f'{why}: the current stays on', 5.0)
             bench.until(lambda: why in self.said(), f'not said: {why}, but {self.said()}', 5.0)
 
+        def is_told_0_for_a_second(self):
+            before = len(self.board.told)
+            bench.until(lambda: len(self.board.told) >= before + 100, 'the board is told nothing', 10.0)
+            assert set(self.board.told[before:]) == {0.0}
+
         def flows(self):
             bench.until(lambda: self.board.current == 0.1, 'no current flows', 10.0)
 
@@ -177,6 +188,17 @@ def test_garbage_stops_the_current_and_it_comes_back(bench, rig):
         rig.board.garbage = True
         rig.stops('no answer from the board to what was asked in the last 0.2 s')
         rig.board.garbage = False
+        rig.flows()
+
+
+@pytest.mark.processes
+def test_a_board_that_hears_and_says_nothing_is_told_0_and_the_current_comes_back(bench, rig):
+    with bench.repeating(rig.command, 0.1):
+        rig.flows()
+        rig.board.silent = True
+        rig.stops('no answer from the board to what was asked in the last 0.2 s')
+        rig.is_told_0_for_a_second()
+        rig.board.silent = False
         rig.flows()
 
 
@@ -212,6 +234,7 @@ def test_what_must_be_looked_at_first_latches(bench, rig, fault):
             rig.board.extra = 0.1
             rig.stops('the board gives 0.200 A where 0.100 A was asked for')
             rig.board.extra = 0.0
+        rig.is_told_0_for_a_second()  # while 0.1 A are asked for
         change(0.0)
         bench.until(
             lambda: bench.call(Trigger, '/rig/serial_driver_node/clear_fault').success, 'cannot be cleared', 5.0
@@ -228,13 +251,15 @@ def test_the_last_word_to_the_board_is_0_and_after_kill_9_its_own_watchdog_stops
         killed = time.monotonic()
         bench.until(lambda: rig.board.current == 0.0, 'the board heats on', 5.0)
         assert time.monotonic() - killed < WATCHDOG + 0.3
-        again = bench.start('serial_driver_node', 'rig', port=bench.folder / 'board')
-        rig.flows()
-        word = rig.board.last
-        assert again.end(signal.SIGINT) == 0, again.said()
-        assert rig.board.current == 0.0 and rig.board.last >= word
-        assert time.monotonic() - rig.board._heard_at < 5.0
-    assert 'Traceback' not in again.said()
+        assert rig.board.told[-1] == 0.1, 'nobody told it: that was its own watchdog'
+        for stop in (signal.SIGINT, signal.SIGTERM):
+            again = bench.start('serial_driver_node', 'rig', port=bench.folder / 'board')
+            rig.flows()
+            assert again.end(stop) == 0, again.said()
+            ended = time.monotonic()
+            bench.until(lambda ended=ended: rig.board.emptied > ended, 'the board reads on', 5.0)
+            assert rig.board.told[-1] == 0.0, f'the last word before the end by {stop.name} is a current'
+            assert 'Traceback' not in again.said()
 
 
 @pytest.mark.processes
