@@ -7,8 +7,10 @@ python scripts/make_sros2_policy.py --params-file hand.yaml --output policy.xml 
 import argparse
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import rclpy
@@ -16,6 +18,14 @@ from rclpy.node import Node
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'
 NODES = ('sim_node', 'controller_node', 'serial_driver_node', 'twin_node')
+RECORDER, RUNNER = (
+    'muscle_recorder',
+    'protocol_runner',
+)  # of `tcp_muscle record` and `tcp_muscle run`, which records too
+HAS = {
+    RECORDER: ('subscribe', 'displacement'),
+    RUNNER: ('publish', 'command_lateness'),
+}  # once it is up; others: ~/reset
 OF_MANY = ('sim_node', 'controller_node')  # which take a list of muscles, and of joints
 HEAD = """\
 <?xml version="1.0" encoding="UTF-8"?>
@@ -50,35 +60,59 @@ def access_of(asker: Node, name: str, namespace: str) -> Access:
 
 
 def settled(asker: Node, nodes: Sequence[str]) -> dict[str, Access]:
-    """What all nodes have, once each is up (``~/reset``) and nothing was added for 5 s."""
+    """What all nodes have, once each is up and nothing was added for 5 s."""
+
+    def up(name: str, access: Access) -> bool:
+        kind, what = HAS.get(name, ('reply', f'{name}/reset'))
+        return what in access[kind]
+
     found: dict[str, Access] = {}
     since = time.monotonic()
     while time.monotonic() - since < 5.0 or len(found) < len(nodes):
         rclpy.spin_once(asker, timeout_sec=0.2)
         there = [name for name in nodes if name in asker.get_node_names()]
-        now = {name: access for name in there if f'{name}/reset' in (access := access_of(asker, name, '/'))['reply']}
+        now = {name: access for name in there if up(name, access := access_of(asker, name, '/'))}
         if now != found:
             found, since = now, time.monotonic()
     return found
 
 
-def policy(accesses: dict[str, Access], head: str) -> str:
-    """The policy file's text."""
+def profile(node: str, access: Access) -> list[str]:
+    """The lines of one node."""
+    lines = [f'        <profile ns="/" node="{node}">']
+    for kind in ('subscribe', 'publish'):
+        lines.append(f'          <topics {kind}="ALLOW">')
+        lines += [f'            <topic>{topic}</topic>' for topic in access[kind]]
+        lines.append('          </topics>')
+    for kind in ('reply', 'request'):
+        if access[kind]:
+            lines.append(f'          <services {kind}="ALLOW">')
+            lines += [f'            <service>{service}</service>' for service in access[kind]]
+            lines.append('          </services>')
+    return [*lines, '        </profile>']
+
+
+def policy(processes: Mapping[str, Mapping[str, Access]], head: str) -> str:
+    """The policy file's text, of the nodes of each process: keys are a process's."""
     lines = []
-    for node, access in accesses.items():
-        lines += [f'    <enclave path="/tcp_muscle/{node}">', '      <profiles>']
-        lines.append(f'        <profile ns="/" node="{node}">')
-        for kind in ('subscribe', 'publish'):
-            lines.append(f'          <topics {kind}="ALLOW">')
-            lines += [f'            <topic>{topic}</topic>' for topic in access[kind]]
-            lines.append('          </topics>')
-        for kind in ('reply', 'request'):
-            if access[kind]:
-                lines.append(f'          <services {kind}="ALLOW">')
-                lines += [f'            <service>{service}</service>' for service in access[kind]]
-                lines.append('          </services>')
-        lines += ['        </profile>', '      </profiles>', '    </enclave>']
+    for process, nodes in processes.items():
+        lines += [f'    <enclave path="/tcp_muscle/{process}">', '      <profiles>']
+        for node, access in nodes.items():
+            lines += profile(node, access)
+        lines += ['      </profiles>', '    </enclave>']
     return head + '\n'.join(lines) + '\n  </enclaves>\n</policy>\n'
+
+
+@contextmanager
+def running(modules: Sequence[Sequence[str]]) -> Iterator[None]:
+    """Processes, each a module with its arguments."""
+    processes = [subprocess.Popen([sys.executable, '-m', *module]) for module in modules]
+    try:
+        yield
+    finally:
+        for process in processes:
+            process.terminate()
+            process.wait()
 
 
 def write(file: Path, params_file: Path | None) -> None:
@@ -89,18 +123,28 @@ def write(file: Path, params_file: Path | None) -> None:
         whom, elsewhere = 'one muscle', 'For a muscle in a namespace\n  write it in place of ns="/".'
     else:
         whom, elsewhere = f'the joint of {params_file.name}', 'Other names have\n  other topics.'
-    command = [sys.executable, '-m']
     asker = rclpy.create_node('asker')
-    processes = [subprocess.Popen([*command, f'tcp_muscle_ros.nodes.{name}', *arguments]) for name in nodes]
-    try:
-        found = settled(asker, nodes)
-    finally:
-        for process in processes:
-            process.terminate()
-            process.wait()
-        asker.destroy_node()
+    modules = {name: [f'tcp_muscle_ros.nodes.{name}', *arguments] for name in nodes}
+    with running(list(modules.values())):
+        found = {name: {name: access} for name, access in settled(asker, nodes).items()}
+    if params_file is None:
+        found |= tools(asker, modules['sim_node'])
+    asker.destroy_node()
     file.write_text(policy(found, HEAD.format(whom=whom, elsewhere=elsewhere, name=file.name)), encoding='utf-8')
     print(f'wrote {file}')
+
+
+def tools(asker: Node, muscle: Sequence[str]) -> dict[str, dict[str, Access]]:
+    """What `tcp_muscle record` has, then `tcp_muscle run` beside a muscle."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        tool = ('tcp_muscle_ros.tool', 'record', '--output', f'{folder}/recorded')
+        with running([muscle, tool]):
+            found[RECORDER] = settled(asker, [RECORDER])
+        tool = ('tcp_muscle_ros.tool', 'run', str(CONFIG / 'protocol_steps.yaml'), '--output', f'{folder}/played')
+        with running([muscle, tool]):
+            found[RUNNER] = settled(asker, [RUNNER, RECORDER])
+    return found
 
 
 def main() -> int:

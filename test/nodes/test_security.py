@@ -15,16 +15,18 @@ pytestmark = pytest.mark.processes
 
 
 def allowed(file):
-    """(node, kind) -> names, of a policy."""
+    """(process, node, kind) -> names, of a policy."""
     policy = ElementTree.parse(CONFIG / file).getroot()
     found = {}
     for enclave in policy.iter('enclave'):
-        (profile,) = enclave.iter('profile')
-        assert enclave.get('path') == f'/tcp_muscle/{profile.get("node")}' and profile.get('ns') == '/'
-        for group in profile:
-            ((kind, permission),) = group.attrib.items()
-            assert permission == 'ALLOW'
-            found[profile.get('node'), kind] = {entry.text for entry in group}
+        process = enclave.get('path').removeprefix('/tcp_muscle/')
+        profiles = list(enclave.iter('profile'))
+        assert profiles[0].get('node') == process and {profile.get('ns') for profile in profiles} == {'/'}
+        for profile in profiles:
+            for group in profile:
+                ((kind, permission),) = group.attrib.items()
+                assert permission == 'ALLOW'
+                found[process, profile.get('node'), kind] = {entry.text for entry in group}
     return found
 
 
@@ -33,9 +35,9 @@ def relative(names_and_types, namespace):
     return {name if name in COMMON else name.removeprefix(namespace + '/') for name in names}
 
 
-def holds(bench, policy, node, namespace, *arguments):
-    """Whether a running node has exactly what the policy allows it."""
-    program = bench.start(node, namespace.strip('/'), *arguments)
+def holds(bench, policy, process, namespace, node=''):
+    """Whether a running node has exactly what the policy allows it, in a process of this name."""
+    node = node or process
     asks = {
         'publish': bench.node.get_publisher_names_and_types_by_node,
         'subscribe': bench.node.get_subscriber_names_and_types_by_node,
@@ -49,29 +51,62 @@ def holds(bench, policy, node, namespace, *arguments):
         return relative(asks[kind](node, namespace), namespace)
 
     def as_allowed():
-        return all(has(kind) == policy.get((node, kind), set()) for kind in asks)
+        return all(has(kind) == policy.get((process, node, kind), set()) for kind in asks)
 
     bench.until(as_allowed, f'{node} has other topics', 10.0)
-    program.kill()
 
 
 @pytest.mark.parametrize('node', ['sim_node', 'controller_node', 'serial_driver_node', 'twin_node'])
 def test_a_node_has_exactly_the_topics_and_services_of_the_policy(bench, node):
+    program = bench.start(node, f'secure_{node}')
     holds(bench, allowed('sros2_policy.xml'), node, f'/secure_{node}')
+    program.kill()
+
+
+def tool(bench, *arguments):
+    return bench.run(['-m', 'tcp_muscle_ros.tool', *map(str, arguments)], arguments[0])
+
+
+def test_so_has_who_records_and_who_plays_a_protocol_which_records_too(bench, tmp_path):
+    """One process, one enclave: `tcp_muscle run` has the profiles of its two nodes."""
+    policy = allowed('sros2_policy.xml')
+    recorder = tool(bench, 'record', '--output', tmp_path / 'recorded', '--namespace', 'secure_recorded')
+    holds(bench, policy, 'muscle_recorder', '/secure_recorded')
+    recorder.kill()
+    muscle = bench.start('sim_node', 'secure_run')
+    runner = tool(
+        bench, 'run', CONFIG / 'protocol_steps.yaml', '--output', tmp_path / 'played', '--namespace', 'secure_run'
+    )
+    for node in ('protocol_runner', 'muscle_recorder'):
+        holds(bench, policy, 'protocol_runner', '/secure_run', node)
+    runner.kill()
+    muscle.kill()
+
+
+def test_who_records_commands_nothing():
+    policy = allowed('sros2_policy.xml')
+    assert policy['muscle_recorder', 'muscle_recorder', 'publish'] <= {'/parameter_events', '/rosout'}
+    played = policy['protocol_runner', 'protocol_runner', 'publish']
+    assert {topic for topic in played if topic.endswith('_command')} == {'current_command'}
 
 
 @pytest.mark.parametrize('node', ['sim_node', 'controller_node'])
 def test_so_has_a_node_of_two_muscles_on_a_joint(bench, node):
     policy = allowed('sros2_policy_joint.xml')
-    holds(bench, policy, node, f'/secure_joint_{node}', '--params-file', str(JOINT))
-    assert {name for name, _ in policy} == {'sim_node', 'controller_node'}
+    program = bench.start(node, f'secure_joint_{node}', '--params-file', str(JOINT))
+    holds(bench, policy, node, f'/secure_joint_{node}')
+    program.kill()
+    assert {process for process, _, _ in policy} == {'sim_node', 'controller_node'}
 
 
 def test_who_commands_a_joint_commands_no_muscle():
     """Of the joint's nodes only the controller may say what current flows."""
     policy = allowed('sros2_policy_joint.xml')
     commands = {'flexor/current_command', 'extensor/current_command'}
-    assert commands <= policy['controller_node', 'publish'] and commands <= policy['sim_node', 'subscribe']
-    assert not commands & policy['sim_node', 'publish']
-    assert {'knuckle/angle', 'knuckle/angle_setpoint'} <= policy['controller_node', 'subscribe']
-    assert 'knuckle/angle' in policy['sim_node', 'publish']
+    assert (
+        commands <= policy['controller_node', 'controller_node', 'publish']
+        and commands <= policy['sim_node', 'sim_node', 'subscribe']
+    )
+    assert not commands & policy['sim_node', 'sim_node', 'publish']
+    assert {'knuckle/angle', 'knuckle/angle_setpoint'} <= policy['controller_node', 'controller_node', 'subscribe']
+    assert 'knuckle/angle' in policy['sim_node', 'sim_node', 'publish']
