@@ -5,7 +5,8 @@ runs are free-running, root mean square over the peak to peak: (A) with gain and
 (B) with its heat exchange too. The floor is what runs of one protocol do not share, each with a gain and a zero.
 """
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,6 +68,15 @@ def chosen(names: Sequence[str], split: int = 0) -> list[str]:
     return found
 
 
+def different(names: Iterable[str], most: int) -> list[int]:
+    """The numbers of at most so many splits, no two of which diagnose the same runs."""
+    ordered = sorted(names)
+    numbers: dict[frozenset[str], int] = {}
+    for split in range(len(ordered) * most):
+        numbers.setdefault(frozenset(chosen(ordered, split)), split)
+    return list(numbers.values())[:most]
+
+
 def diagnose_group(title: str, runs: dict[str, Experiment], nominal: Parameters, split: int = 0) -> Outcome:
     """Diagnose a few runs of a group, and look at the others with what came out."""
     names = sorted(runs)
@@ -114,20 +124,43 @@ def row(outcomes: Sequence[Outcome]) -> str:
     first = outcomes[0]
     known = [o.errors for o in outcomes if o.errors is not None]
 
+    def told(words: Iterable[str]) -> str:
+        often = Counter(words).most_common()
+        return ', '.join(
+            word if count == len(outcomes) else f'{word} {count} of {len(outcomes)}' for word, count in often
+        )
+
     def mean(which: str, k: int) -> str:
         return f'{100 * np.mean([getattr(e, which)[k] for e in known]):.1f}' if known else '-'
 
     floor = '-' if first.floor is None else f'{100 * first.floor.own_gain:.1f}'
-    names = sorted({plain(f.effect) for o in outcomes for f in o.diagnosis.findings})
-    verdicts = sorted({plain(o.diagnosis.verdict) for o in outcomes})
+    names = told(plain(f.effect) for o in outcomes for f in o.diagnosis.findings)
+    verdicts = told(plain(o.diagnosis.verdict) for o in outcomes)
     cells = [mean('recalibrated', 0), mean('improved', 0), floor, mean('recalibrated', 1), mean('improved', 1)]
-    return f'| {first.title} | {" | ".join(cells)} | {", ".join(verdicts)} | {", ".join(names) or "nothing"} |'
+    return f'| {first.title} | {" | ".join(cells)} | {verdicts} | {names or "nothing"} |'
 
 
 HEADING = (
     '| group | recalibrated (A) | improved (A) | floor | recalibrated (B) | improved (B) | verdict | named |\n'
     '|---|---|---|---|---|---|---|---|'
 )
+
+
+def table_of_splits(outcomes: Sequence[Outcome]) -> list[str]:
+    """What came out of each split of a group, as lines of markdown."""
+    lines = [
+        '| diagnosed | recalibrated (A) | improved (A) | recalibrated (B) | improved (B) | verdict | named |',
+        '|---|---|---|---|---|---|---|',
+    ]
+    for o in outcomes:
+        errors = ['-'] * 4
+        if o.errors is not None:
+            pairs = zip(o.errors.recalibrated, o.errors.improved, strict=True)
+            errors = [f'{100 * share:.1f}' for pair in pairs for share in pair]
+        named = ', '.join(' or '.join(map(plain, (f.effect, *f.indistinguishable_from))) for f in o.diagnosis.findings)
+        cells = [', '.join(o.fitted), *errors, plain(o.diagnosis.verdict), named or 'nothing']
+        lines.append(f'| {" | ".join(cells)} |')
+    return [*lines, '']
 
 
 def paragraphs(outcome: Outcome) -> list[str]:

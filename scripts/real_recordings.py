@@ -16,7 +16,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from real_diagnoses import HEADING, MOST, Outcome, diagnose_group, forced_air, paragraphs, power_of, row, with_gain
+from real_diagnoses import (
+    HEADING,
+    MOST,
+    Outcome,
+    diagnose_group,
+    different,
+    forced_air,
+    paragraphs,
+    power_of,
+    row,
+    table_of_splits,
+    with_gain,
+)
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, calibrate
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
@@ -149,11 +161,11 @@ def diagnoses(all_runs: dict[str, Experiment], splits: int, write: bool) -> list
         begun = time.monotonic()
         names = [n for n in all_runs if n.startswith(group.starts) and group.leave_out not in n]
         mine = {n: all_runs[n] for n in names}
-        found = [diagnose_group(group.title, mine, NOMINAL, split) for split in range(splits)]
+        found = [diagnose_group(group.title, mine, NOMINAL, split) for split in different(mine, splits)]
         rows.append(row(found))
         lines += paragraphs(found[0])
-        for other in found[1:]:
-            lines += [f'Another split, of {", ".join(other.fitted)}: {other.diagnosis.headline}', '']
+        if len(found) > 1:
+            lines += table_of_splits(found)
         if write:
             path = draw_repeated(group, mine, found[0])
             lines += [f'![{group.title}: runs, band, models]({path.relative_to(PAGE.parent)})', '']

@@ -173,11 +173,13 @@ def test_switching_effects_converge_with_the_step(name):
     assert errors[2] < 1e-5
 
 
-def test_hysteresis_does_not_depend_on_the_rate():
+@pytest.mark.parametrize('law', [0.0, 1.0])
+def test_hysteresis_does_not_depend_on_the_rate(law):
     """A triangle of temperature, and one four times slower: displacement over temperature is the same."""
     loops = []
     for slow in (1.0, 4.0):
-        p = NOMINAL.replace(C=1e-4).with_effects('hysteresis')  # so light that T follows the current
+        lawful = {'C': 1e-4, 'hysteresis.law': law}
+        p = NOMINAL.replace(**lawful).with_effects('hysteresis')  # so light that T follows the current
         seconds = np.arange(0.0, 4.0, 0.01)
         wanted = 50.0 * (1.0 - np.abs(seconds / 2.0 - 1.0))
         current = np.sqrt(0.01933 * wanted / (14.0 * (1.0 + 0.003 * wanted)))
@@ -190,6 +192,31 @@ def test_hysteresis_does_not_depend_on_the_rate():
         )
         loops.append(np.concatenate((up, down)))
     assert loops[0] == pytest.approx(loops[1], abs=2e-6)
+
+
+def test_both_laws_of_hysteresis_stand_still_at_a_turn_and_only_one_is_as_wide_in_length():
+    """Where the temperature turns, the share of the contraction that has play stands still. The loop of Bouc and Wen is
+    as wide in length at every temperature, that of the plays where the muscle contracts more."""
+    seconds = np.arange(0.0, 4.0, 0.01)
+    wanted = 70.0 * (1.0 - np.abs(seconds / 2.0 - 1.0))
+    current = np.sqrt(0.01933 * wanted / (14.0 * (1.0 + 0.003 * wanted)))
+    paper = simulate(NOMINAL.replace(C=1e-4), seconds, current, load=0.3)
+    peak = int(np.argmax(paper.temperature))
+    wider = []
+    for law in (0.0, 1.0):
+        changed = {'C': 1e-4, 'hysteresis.w': 0.5, 'hysteresis.r': 3.0, 'hysteresis.law': law}
+        x = simulate(NOMINAL.replace(**changed).with_effects('hysteresis'), seconds, current, load=0.3).displacement
+        behind = paper.displacement - x
+        after = peak + 4  # 1.4 K further
+        slope = (behind[after] - behind[peak]) / (paper.displacement[after] - paper.displacement[peak])
+        assert slope > 0.2
+        cool, hot = (
+            np.interp(at, paper.temperature[:peak], behind[:peak])
+            - np.interp(-at, -paper.temperature[peak:], behind[peak:])
+            for at in (325.0, 345.0)
+        )
+        wider.append(hot / cool)
+    assert wider[0] > 1.05 and wider[1] == pytest.approx(1.0, abs=0.02)
 
 
 def test_fatigue_counts_the_cycles_before():

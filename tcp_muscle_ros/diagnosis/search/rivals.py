@@ -8,6 +8,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, structures, with_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import without_effect
+from tcp_muscle_ros.diagnosis.model.unknown import Unknown
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
@@ -268,6 +269,14 @@ def _largest(rival: Rival) -> float:
     return float(np.max(np.abs(_strengths(rival, fixed=True)), initial=0.0))
 
 
+def _told_from(unknown: Unknown, none: float, z: float, spread: float) -> bool:
+    """Whether a value (fit's coordinate, with its standard deviation) is more than one deviation away from none; by
+    its logarithm, to less than a factor of e."""
+    if unknown.log:
+        return spread < 1.0
+    return abs(z - unknown.to_fit(none)) > spread
+
+
 def _strengths(rival: Rival, fixed: bool = False) -> Array:
     """In each recording (``fixed``: in those that tell it from none), or in all alike, in the strength that it usually
     has."""
@@ -278,5 +287,5 @@ def _strengths(rival: Rival, fixed: bool = False) -> Array:
     if not mine:
         return np.array([(fitted.muscle[key] - none) / usual])
     if fixed:
-        mine = [(k, u) for k, u in mine if abs(fitted.z[k] - u.to_fit(none)) > np.sqrt(fitted.covariance[k, k])]
+        mine = [(k, u) for k, u in mine if _told_from(u, none, fitted.z[k], float(np.sqrt(fitted.covariance[k, k])))]
     return np.array([(u.from_fit(float(fitted.z[k])) - none) / usual for k, u in mine])
