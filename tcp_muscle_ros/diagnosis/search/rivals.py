@@ -1,7 +1,7 @@
 """Rivals: models that compete for the place of one effect, each refitted in full, and which of them is named."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ _NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 # What begins in so many recordings within so many s after a switch (a share of the drive's span) is no chance.
 _SEVERAL, _TOGETHER, _SWITCH = 3, 2.0, 0.05
+_CHOOSING = 0.5  # of the best drop: a rival so far is tried by its other choices too
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
 
 
@@ -126,7 +127,32 @@ def rivals_for(
             whole = fit(head.problem, head.z, rounds=40, tolerance=1e-5, known=head.rough_slopes)
             rival = Rival(rival.effect, whole, penalised(whole))
         found.append(rival)
+    bar = bare - _CHOOSING * max((bare - rival.score for rival in found), default=0.0)
+    found = [_best_choice(rival, progress) if rival.score <= bar else rival for rival in found]
     return sorted(found, key=lambda r: r.score)
+
+
+def _best_choice(rival: Rival, progress: Callable[[], None] | None) -> Rival:
+    """The same effect by the choice that fits best: in linear approximation, by which it was made, choices look alike.
+
+    A choice that says which channel or stage an effect touches is plain there.
+    """
+    best, problem = rival, rival.fit.problem
+    for row in rival.definition.parameters:
+        key = f'{rival.effect}.{row.name}'
+        if not row.choices or row.spelled or row.name in (rival.definition.late or ()):
+            continue
+        for other in range(len(row.choices)):
+            if other == round(problem.parameters[key]):
+                continue
+            if progress:
+                progress()
+            changed = replace(problem, parameters=problem.parameters.replace({key: float(other)}))
+            again = fit(changed, rival.fit.z, rounds=_HEAT, tolerance=1e-5, known=rival.fit.rough_slopes)
+            if penalised(again) < best.score:
+                again = fit(changed, again.z, rounds=40, tolerance=1e-5, known=again.rough_slopes)
+                best = Rival(rival.effect, again, penalised(again))
+    return best
 
 
 def begins(rival: Rival) -> bool:
