@@ -174,7 +174,11 @@ class Bench:
         self.until(self.executor.create_task(forget).done, 'the bench itself hangs')
 
     def speaker(self, topic, kind=Float64):
-        """A publisher that is heard by somebody."""
+        """A publisher that knows of somebody who hears it.
+
+        Who hears may know of it only later. A reliable subscription then gets what was published meanwhile all the
+        same; a best-effort one, of a measurement, does not: see ``insist``.
+        """
         publisher = self.node.create_publisher(kind, topic, QoSProfile(depth=1))
         self.until(publisher.get_subscription_count, f'nobody listens to {topic}', STARTING)
         return publisher
@@ -189,6 +193,15 @@ class Bench:
             assert time.monotonic() < deadline, otherwise
             time.sleep(0.005)
         return time.monotonic()
+
+    def insist(self, publisher, message, condition, otherwise):
+        """Publish until the condition holds, what may be lost."""
+
+        def said():
+            publisher.publish(message)
+            return condition()
+
+        return self.until(said, otherwise)
 
     @contextmanager
     def repeating(self, publisher, value, rate=50.0):

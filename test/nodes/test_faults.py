@@ -129,8 +129,8 @@ def test_heat_derates_then_latches_and_is_cleared_only_when_all_is_well(bench, s
     ambient = bench.speaker('/sim/ambient_temperature', Temperature)
     temperature = bench.listen('/sim/temperature', Temperature)
     with bench.repeating(sim.command, 0.2) as change:
-        ambient.publish(Temperature(temperature=100.0))  # the bounds of an ambient end here; 0.2 A adds the rest
-        bench.until(lambda: sim.facts().get('state') == 'derating', 'no derating')
+        hottest = Temperature(temperature=100.0)  # the bounds of an ambient end here; 0.2 A adds the rest
+        bench.insist(ambient, hottest, lambda: sim.facts().get('state') == 'derating', 'no derating')
         assert float(sim.facts()['current_limit_a']) < 0.27
         # Derating alone holds the muscle below the maximum. The fault comes where a limit is set below what it has.
         bench.until(lambda: temperature.last.temperature > 101.0, 'it does not heat')
@@ -139,8 +139,8 @@ def test_heat_derates_then_latches_and_is_cleared_only_when_all_is_well(bench, s
         latched = time.monotonic()
         refused = bench.call(Trigger, '/sim/sim_node/clear_fault')
         assert not refused.success and refused.message.startswith('the cause is still there: over-temperature')
-        ambient.publish(Temperature(temperature=23.0))
-        bench.until(lambda: temperature.last.temperature < 90.0, 'it does not cool')
+        room = Temperature(temperature=23.0)
+        bench.insist(ambient, room, lambda: temperature.last.temperature < 90.0, 'it does not cool')
         refused = bench.call(Trigger, '/sim/sim_node/clear_fault')
         assert not refused.success and refused.message == 'the command is 0.2 A: command 0 first'
         refused = bench.call(SetBool, '/sim/sim_node/enable', data=True)

@@ -10,6 +10,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
@@ -36,7 +37,7 @@ class Commander:
 
     def __init__(self, bench, topic, schedule, slow=(), kind=Float64):
         self.bench, self.schedule, self.slow = bench, schedule, slow
-        self.silent_from, self.ticks = None, []
+        self.silent_from, self.ticks, self.lost = None, [], []
         node = bench.node
         self.command = node.create_publisher(kind, topic, QoSProfile(depth=1))
         self.subscription = node.create_subscription(Header, '/lockstep/tick', self.tick, ENOUGH)
@@ -49,7 +50,6 @@ class Commander:
             return self.ticks
 
         self.bench.until(self.command.get_subscription_count, 'nobody takes the commands', 120.0)
-        time.sleep(0.5)  # who takes them may know of this node later than this node of it: what is sent before is lost
         self.bench.until(ready, 'no simulation that leads', 120.0)
 
     def tick(self, message):
@@ -58,6 +58,9 @@ class Commander:
         if number in self.schedule:
             due = self.schedule[number]
             self.command.publish(Float64(data=due) if isinstance(due, float) else due)
+            # Who takes it may know of this node later than this node of it, and is sent it again then: ticks later.
+            if not self.command.wait_for_all_acked(Duration(seconds=10.0)):
+                self.lost.append(number)
         if number in self.slow:
             time.sleep(0.05)
         if self.silent_from is None or number < self.silent_from:
@@ -65,6 +68,7 @@ class Commander:
 
     def until(self, number):
         self.bench.until(lambda: self.ticks and self.ticks[-1] >= number, f'tick {number} does not come', 60.0)
+        assert not self.lost, 'a command did not arrive'
 
 
 def by_tick(heard):

@@ -224,14 +224,16 @@ def test_a_commander_that_falls_silent_stops_its_own_muscle_only(hand):
 @pytest.mark.processes
 def test_a_fault_latches_on_its_own_muscle_and_services_are_for_one_or_for_all(hand):
     ambient = hand.bench.speaker('/hand/ring_flexor/ambient_temperature', Temperature)
-    ambient.publish(Temperature(temperature=60.0))
     with hand.commander('ring_flexor', 0.1) as change, hand.commander('middle_flexor', 0.2):
-        hand.until(lambda: hand.status('ring_flexor').level == DiagnosticStatus.ERROR, 'no fault')
+        hot, cool = Temperature(temperature=60.0), Temperature(temperature=23.0)
+        hand.bench.insist(ambient, hot, lambda: hand.status('ring_flexor').level == DiagnosticStatus.ERROR, 'no fault')
         hand.until(lambda: hand.flowing('middle_flexor'), 'the other one stops')
         assert not hand.flowing('ring_flexor') and 'ring_flexor: fault latched' in hand.program.said()
         assert 'ring_flexor: the cause is still there' in hand.call(Trigger, 'ring_flexor/clear_fault').message
         change(0.0)
-        ambient.publish(Temperature(temperature=23.0))
+        hand.bench.insist(
+            ambient, cool, lambda: hand.temperatures['ring_flexor'].last.temperature < 60.0, 'it does not cool'
+        )
         assert hand.call(Trigger, 'ring_flexor/reset').message == 'ring_flexor: reset: at rest at 23 degC'
         hand.until(lambda: hand.call(Trigger, 'clear_fault').success, 'not cleared')
         assert hand.call(SetBool, 'middle_flexor/enable', data=False).message == 'disabled, 0 A'
