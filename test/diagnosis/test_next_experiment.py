@@ -63,7 +63,8 @@ def test_what_an_effect_has_for_each_recording_by_itself_it_has_anew(late):
     assert separation(drifting, Under(with_drift(bare, 1e-5, own=False), planned)) > 1e4
 
 
-def test_what_flows_is_told_from_an_end_that_turns_at_other_loads():
+def test_what_flows_is_told_from_an_end_that_turns_at_other_loads_but_not_surely():
+    """Both grow with the load: the experiment is the right one, and its promise is no greater than it is."""
     flowing = TRUE.with_effects('viscous_flow').replace({'viscous_flow.m': 5e-6})
     bare = calibrate([experiment(CHANNELS, seed=1, muscle=flowing)], NOMINAL).fit
     ranked, _ = screen(bare, ['viscous_flow', 'torsional_leakage'])
@@ -71,7 +72,7 @@ def test_what_flows_is_told_from_an_end_that_turns_at_other_loads():
     found = proposal((bare, rivals), 'viscous_flow', 'torsional_leakage')
     assert found.name in ('three loads', 'holds at three loads')
     assert found.separates == ('viscous_flow', 'torsional_leakage')
-    assert found.power > 0.6  # an end that turns is followed by what flows a good deal further than the other way round
+    assert 0.1 < found.power < 0.5
 
 
 def test_a_promise_is_worth_what_the_muscle_keeps_of_it():

@@ -232,3 +232,20 @@ def test_fatigue_counts_the_cycles_before():
     swing = np.ptp(after.displacement)
     assert np.ptp(whole.displacement[half:]) == pytest.approx(swing, rel=1e-4)
     assert swing < 0.97 * np.ptp(whole.displacement[:700])
+
+
+def test_an_end_turns_by_load_and_heat_and_back_where_it_gives_way():
+    """The clamp that holds a light weight lets go under a heavy one; cold, a clamp that slips keeps what it has lost,
+    glue gives it back."""
+    t = np.arange(0.0, 160.0, 0.1)
+    drive = np.where(t < 80.0, 0.25, 0.0)
+
+    def lost(load, tau):
+        changed = NOMINAL.replace({'torsional_leakage.tau': tau})
+        leaking = simulate(changed.with_effects('torsional_leakage'), t, drive, load=load)
+        return simulate(NOMINAL, t, drive, load=load).displacement - leaking.displacement
+
+    held = lost(0.6, 1e5)
+    assert held[800] > 1e-4 and held[-1] == pytest.approx(held[850], rel=0.01)
+    assert lost(0.2, 1e5)[-1] < 0.5 * held[-1]
+    assert lost(0.6, 20.0)[-1] < 0.2 * held[-1]
