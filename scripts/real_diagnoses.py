@@ -183,7 +183,7 @@ def paragraphs(outcome: Outcome) -> list[str]:
         drivers = ', '.join(f'largest at {range_text(x)} ({percent(x.share)} of it)' for x in where.drivers)
         phases = ' and '.join(where.phases) or 'all phases'
         lines.append(
-            f'* **Located**: {where.stage} stage, {where.channel}, {phases}; {drivers}; typically '
+            f'* **Located**: {where.stage} stage, {where.channel}, {phases}; {drivers}; root mean square '
             f'{error_text(where.channel, where.size)}.'
         )
     lines.append(f'* **In one sentence**: {d.headline}')
@@ -228,7 +228,7 @@ def forced_air(free: Sequence[Experiment], forced: Sequence[Experiment], nominal
     windy = calibrate(forced, still.parameters)
     ratio = found.improved['hA'] / still.parameters['hA']
     named = ', '.join(f'{plain(f.effect)} ({f.stage}, {probability_text(f)})' for f in found.findings)
-    right = ratio > 1.2 or any(f.effect == 'airflow' for f in found.findings)
+    before, after = slowness(still), slowness(windy)
     fits = '; '.join(
         f'{name} {error_text(name, f.nominal)} as in free air, {error_text(name, f.calibrated)} recalibrated, '
         f'{error_text(name, f.improved)} improved'
@@ -240,9 +240,15 @@ def forced_air(free: Sequence[Experiment], forced: Sequence[Experiment], nominal
         f'The free-air runs of 3 W give C/hA = {combination(still, "C/hA")} s, the forced-air runs '
         f'{combination(windy, "C/hA")} s. With the free-air muscle as the nominal one, the verdict on the forced-air '
         f'runs is **{plain(found.verdict)}**, named: {named or "nothing"}; hA is {ratio:.2g} times that of free air.',
-        f'More heat exchange is the right answer, and it is {"" if right else "not "}what was found. RMSE: {fits}.',
+        f'More heat exchange is the right answer. C/hA falls by a factor of {before / after:.1f}; the fit puts '
+        f'{ratio:.1f} of it into hA and the rest into C, because one output does not tell them apart. RMSE: {fits}.',
         '',
     ]
+
+
+def slowness(found: Calibration) -> float:
+    """C/hA, s."""
+    return next(e.value for e in found.combinations if e.name == 'C/hA')
 
 
 def combination(found: Calibration, name: str) -> str:

@@ -50,7 +50,7 @@ def steps(diagnosis: Diagnosis, asked: Asked | None) -> list[Step]:
     """What to do next, the most useful first. Without ``asked`` nobody knows the paths: what to do is said alone."""
     if diagnosis.verdict == 'insufficient_data':
         return [_record_more(asked)]
-    found = []
+    found = [_compare(asked)]  # it needs nothing but what is there
     if diagnosis.findings:
         found.append(Step('Check on the rig what is said at each finding below, before you believe it.'))
     if diagnosis.verdict == 'not_repeatable':
@@ -62,7 +62,6 @@ def steps(diagnosis: Diagnosis, asked: Asked | None) -> list[Step]:
         found.append(_decide(diagnosis, asked))
     elif diagnosis.would_help:
         found.append(Step('No planned experiment is likely to decide. ' + _listed(diagnosis.would_help)))
-    found.append(_compare(asked))
     found.append(_simulate(asked))
     return found
 

@@ -68,7 +68,7 @@ def test_above_and_below_are_said_of_a_mean_that_has_a_sign():
     for shift, side in ((0.5, 'above'), (-0.5, 'below')):
         place = located(shift, 0.6 * shift)
         assert place.mean == pytest.approx(0.8 * shift, abs=0.03)
-        said = f'the recorded temperature is on average {abs(place.mean):.2g} K {side} the simulation'
+        said = f'the recorded temperature is on average {abs(place.mean):.2g} K {side} the recalibrated simulation'
         assert said in told(place)
 
 
@@ -78,7 +78,7 @@ def test_one_recording_above_and_another_below_is_neither():
     assert place.mean is None
     assert place.size == pytest.approx(np.sqrt((0.2**2 + 0.5**2) / 2.0 + 0.2**2), rel=0.05)
     assert 'above' not in told(place) and 'below' not in told(place)
-    assert 'the recorded temperature differs from the simulation by 0.4' in told(place)
+    assert 'the recorded temperature differs from the recalibrated simulation by 0.4' in told(place)
 
 
 def test_noise_has_no_sign():

@@ -54,10 +54,10 @@ def test_it_shows_without_complaint(page, pages, name, width, dark):
         assert page.ask('document.querySelectorAll("#plot path").length') == 1 + 3 + 2, 'input, values, what is left'
 
 
-def test_verdict_figure_and_first_step_are_on_the_first_screen(creep):
+def test_verdict_figure_and_the_first_command_are_on_the_first_screen(creep):
     places = [
         creep.ask(f'document.querySelector("{what}").getBoundingClientRect().{side}')
-        for what, side in (('h1', 'top'), ('#plot', 'bottom'), ('ol.steps li', 'bottom'))
+        for what, side in (('h1', 'top'), ('#plot', 'bottom'), ('ol.steps .command', 'bottom'))
     ]
     assert places == sorted(places) and places[-1] < 900
 

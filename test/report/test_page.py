@@ -87,14 +87,15 @@ def test_the_commands_of_a_report_are_those_of_the_tool_with_the_paths_that_were
     )
     commands = [command for step in steps(d, asked) for command in step.commands]
     assert [shlex.split(command)[:2] for command in commands] == [
-        ['tcp_muscle', 'run'], ['tcp_muscle', 'diagnose'], ['tcp_muscle', 'replay'], ['sim_node', '--ros-args']
+        ['tcp_muscle', 'replay'], ['tcp_muscle', 'run'], ['tcp_muscle', 'diagnose'], ['sim_node', '--ros-args']
     ]  # fmt: skip
     parsed = [arguments(command) for command in commands[:3]]
-    assert parsed[0].protocol == str(tmp_path / 'out' / 'next_protocol.yaml')
-    assert parsed[1].bags == [str(Path('lab/run 1').absolute()), 'next_recording/part_*']
-    assert (parsed[1].params, parsed[1].unit) == (str(tmp_path / 'my muscle.yaml'), ['displacement=mm'])
-    assert parsed[1].output == str(tmp_path / 'out_2')
-    assert (parsed[2].bag, parsed[2].params) == (parsed[1].bags[0], str(tmp_path / 'out' / 'improved.yaml'))
+    seen, played, again = parsed
+    assert played.protocol == str(tmp_path / 'out' / 'next_protocol.yaml')
+    assert again.bags == [str(Path('lab/run 1').absolute()), 'next_recording/part_*']
+    assert (again.params, again.unit) == (str(tmp_path / 'my muscle.yaml'), ['displacement=mm'])
+    assert again.output == str(tmp_path / 'out_2')
+    assert (seen.bag, seen.params) == (again.bags[0], str(tmp_path / 'out' / 'improved.yaml'))
     page = Page(render(d, asked=asked))
     assert ''.join(page.said).count('tcp_muscle') >= 3
     assert all(not step.commands for step in steps(d, None)), 'nobody knows the paths'

@@ -70,13 +70,14 @@ def where(location: Location) -> str:
 
 
 def _misfit(location: Location) -> str:
-    """How much is missed: above or below only where the mean has that sign for sure."""
+    """How much the recalibrated model misses: above or below only where the mean has that sign for sure."""
     what = quantity(location.channel)
     if location.mean is None:
-        return f'the recorded {what} differs from the simulation by {amount(location.channel, location.size)}'
+        size = amount(location.channel, location.size)
+        return f'the recorded {what} differs from the recalibrated simulation by {size}'
     side = 'above' if location.mean > 0.0 else 'below'
     mean = amount(location.channel, abs(location.mean))
-    return f'the recorded {what} is on average {mean} {side} the simulation'
+    return f'the recorded {what} is on average {mean} {side} the recalibrated simulation'
 
 
 def headline(
@@ -92,7 +93,7 @@ def headline(
     if verdict == 'match':
         return 'The simulation agrees with the recordings to within their noise.'
     if verdict == 'wrong_parameters':
-        return f'No physics is seen to be missing, the parameters are those of another muscle; {_recalibrated(fits)}.'
+        return f'No physics is seen to be missing; the parameters are those of another muscle: {_recalibrated(fits)}.'
     if verdict == 'not_repeatable':
         return repeats
     if location is None and repeats:
