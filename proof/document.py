@@ -268,7 +268,7 @@ def power_figure(path: Path, peaks: Sequence[Row], strengths: Sequence[Row]) -> 
     axes[1].set_xlabel('strength: 0 barely visible, 1 obvious')
     axes[0].set_ylabel('single effects (%)')
     if axes[0].get_legend_handles_labels()[0]:
-        axes[0].legend(loc='lower right', fontsize=8)
+        axes[0].legend(loc='lower left', bbox_to_anchor=(0.0, 1.0), fontsize=8, ncols=3, frameon=False)
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
