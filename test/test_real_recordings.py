@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tcp_muscle_ros.diagnosis.answer.replaying import replay
+from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.noise.repeatability import between_runs
 from tcp_muscle_ros.diagnosis.noise.replicates import protocols
@@ -66,3 +67,12 @@ def test_no_circumstance_is_named_on_the_public_rigs(runs):
     for cells in rows:
         assert 'airflow' not in cells[8] and 'ambient' not in cells[8]
     assert 'no other listed effect explains as much' not in page
+
+
+def test_strokes_that_fix_no_parameter_and_move_plainly_are_not_too_little(runs):
+    """Five strokes of tens of millimetres, which stick and slip: nothing is named, and where they differ is said."""
+    names = ('stroke_1W_2', 'stroke_1W_3', 'stroke_3W_2a', 'stroke_4W_5', 'stroke_4W_6')
+    found = diagnose([prepare(runs[n], NOMINAL, most=250) for n in names], NOMINAL)
+    assert found.verdict in ('unexplained', 'not_repeatable') and found.findings == ()
+    assert found.location is not None and found.location.channel == 'displacement'
+    assert any('no listed effect was tried' in note for note in found.notes)

@@ -75,6 +75,7 @@ def _do(
 
     kept = ('namespace', 'channel', 'unit', 'separate')
     options = argparse.Namespace(**{name: getattr(args, name) for name in kept})
+    options.rig = os.path.abspath(args.rig) if args.rig else None
     tasks = []
     for run in runs:
         bags, params = tuple(map(os.path.abspath, run.bags)), _absolute(run.params)

@@ -24,6 +24,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('bags', nargs='*', metavar='BAG', help='recordings of one muscle')
     add_parameter_argument(parser)
     add_separate_argument(parser)
+    parser.add_argument(
+        '--rig',
+        metavar='RIG.yaml',
+        help='what is known of the rig: its instruments, and the currents, temperatures and loads that it can do',
+    )
     parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for the report')
     add_force_argument(parser)
     add_bag_arguments(parser)
@@ -39,6 +44,7 @@ def admit(args: argparse.Namespace) -> None:
     from tcp_muscle_ros.diagnosis.observation.observe import prepared
     from tcp_muscle_ros.settings.parameter_file import read
 
+    _refuse_rig(args)
     if args.manifest is not None:
         from tcp_muscle_ros.commands.campaign import admit_campaign
 
@@ -46,6 +52,14 @@ def admit(args: argparse.Namespace) -> None:
         return
     _output(args)
     prepared(read_bags(args, *args.bags), read(args.params))
+
+
+def _refuse_rig(args: argparse.Namespace) -> None:
+    """BadInput where what is known of the rig cannot be read, or does what no model of an instrument describes."""
+    from tcp_muscle_ros.settings.rig import read_rig
+
+    if args.rig:
+        read_rig(args.rig).sensor_effects()
 
 
 def _output(args: argparse.Namespace) -> Path:
@@ -60,7 +74,7 @@ def _output(args: argparse.Namespace) -> Path:
         if getattr(args, option) is not None:
             raise BadInput(f'--{option} goes with --manifest RUNS.yaml only')
     refuse_unknown(args.separate)
-    refuse_among(args.output, [*args.bags, args.params])
+    refuse_among(args.output, [*args.bags, args.params, *([args.rig] if args.rig else [])])
     return refuse_report(args.output, force=args.force)
 
 
@@ -70,6 +84,7 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.report.terminal import summary
 
+    _refuse_rig(args)
     if args.manifest is not None:
         from tcp_muscle_ros.commands.campaign import run_campaign
 

@@ -119,7 +119,7 @@ def _investigation(
     return lambda: Investigation(
         folder,
         simulated or _Live(args, model, limits),
-        lambda bags, report: _diagnosed(bags, report, args.params),
+        lambda bags, report: _diagnosed(bags, report, args.params, args.rig),
         allowed_first,
         allowed_kept,
         lambda protocol: allowed_of(protocol, model, allowed),
@@ -168,9 +168,10 @@ class _Simulated:
         return (bag,)
 
 
-def _diagnosed(bags: Sequence[Path], report: Path, params: str) -> Mapping[str, Any]:
+def _diagnosed(bags: Sequence[Path], report: Path, params: str, rig: str | None) -> Mapping[str, Any]:
     """``tcp_muscle diagnose`` in a process of its own: its memory is free again afterwards."""
-    _tool('diagnose', *map(str, bags), '--params', params, '--output', str(report))
+    known = ('--rig', rig) if rig else ()
+    _tool('diagnose', *map(str, bags), '--params', params, *known, '--output', str(report))
     content: Mapping[str, Any] = json.loads((report / 'report.json').read_text(encoding='utf-8'))
     return content
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
     from tcp_muscle_ros.recording.recording import Recording
     from tcp_muscle_ros.settings.parameter_file import ParameterFile
+    from tcp_muscle_ros.settings.rig import Rig
 
 
 def diagnose_bags(
@@ -35,13 +36,16 @@ def diagnose_bags(
     from tcp_muscle_ros.report.next_steps import Asked
     from tcp_muscle_ros.report.write import write_report
     from tcp_muscle_ros.settings.parameter_file import read
+    from tcp_muscle_ros.settings.rig import read_rig
 
     nominal = read(params)
     separate = tuple(getattr(options, 'separate', ()))
-    diagnosis, experiments = diagnosed(read_bags(options, *bags), nominal, progress, separate)
+    known = getattr(options, 'rig', None) or ''
+    rig = read_rig(known) if known else None
+    diagnosis, experiments = diagnosed(read_bags(options, *bags), nominal, progress, separate, rig)
     if progress:
         progress.stage('writing the report')
-    asked = Asked(tuple(bags), params, str(place or output), reading_options(options))
+    asked = Asked(tuple(bags), params, str(place or output), reading_options(options), known)
     write_report(output, diagnosis, experiments, nominal.operating, asked=asked, force=force)
     return diagnosis
 
@@ -51,10 +55,11 @@ def diagnosed(
     nominal: ParameterFile,
     progress: Progress | None = None,
     separate: Sequence[str] = (),
+    rig: Rig | None = None,
 ) -> tuple[Diagnosis, list[Experiment]]:
     """Diagnose recordings of one muscle, partial where it was interrupted; and what of them the model followed.
 
-    ``separate``: the parameters that each recording has for itself.
+    ``separate``: the parameters that each recording has for itself. ``rig``: what is known of the rig.
 
     Empties ``recordings``: a long one is let go before it is replayed. Raises BadInput.
     """
@@ -68,7 +73,7 @@ def diagnosed(
     mended, experiments = prepared(recordings, nominal)
     beat = progress.beat if progress else None
     try:
-        diagnosis = diagnose(experiments, nominal.parameters, separate=separate, progress=beat)
+        diagnosis = diagnose(experiments, nominal.parameters, separate=separate, rig=rig, progress=beat)
     except Interrupted as stop:
         diagnosis = replace(stop.partial, partial=True)
     diagnosis = with_issues(diagnosis, recordings, mended, experiments)

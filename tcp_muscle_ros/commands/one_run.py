@@ -48,7 +48,7 @@ class Outcome:
 
 
 def digest_of(bags: tuple[str, ...], params: str, options: argparse.Namespace) -> str:
-    """A digest of the bags' names and content, the parameters, the options and the version of the package.
+    """A digest of the bags' names and content, the parameters, the rig, the options and the version of the package.
 
     Empty where something cannot be read: such a run is never taken as done, and says itself why it fails.
     """
@@ -61,8 +61,9 @@ def digest_of(bags: tuple[str, ...], params: str, options: argparse.Namespace) -
                 said.update(f'\0{path.name}\0'.encode())
                 _add(said, path)
         said.update(f'\0{Path(params).name}\0'.encode())
-        if Path(params).exists():
-            _add(said, Path(params))
+        known = (params, getattr(options, 'rig', None) or '')
+        for file in (Path(name) for name in known if name and Path(name).exists()):
+            _add(said, file)
     except OSError:
         return ''
     return said.hexdigest()

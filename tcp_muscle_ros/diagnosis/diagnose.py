@@ -26,8 +26,10 @@ from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.settings.rig import Rig, on_rig
 
 _LEAST_SAMPLES = 30
+_MOVES, _PLAINLY = 12.0, 100.0  # times the noise: a channel that moves; one that moves whatever a fit makes of it
 
 
 class Interrupted(Exception):
@@ -43,6 +45,7 @@ def diagnose(
     nominal: Parameters,
     *,
     separate: Sequence[str] = (),
+    rig: Rig | None = None,
     progress: Callable[[], None] | None = None,
 ) -> Diagnosis:
     """Diagnose recordings of one muscle against a nominal muscle.
@@ -51,12 +54,14 @@ def diagnose(
         experiments: prepared recordings.
         nominal: the muscle as the user believes it to be.
         separate: parameters that each recording has for itself (such as ``B`` where every run is another specimen).
+        rig: the rig that they were recorded on: what its instruments do is taken as known, and the next experiment is
+            one that it can do.
         progress: called now and then.
 
     Raises:
         Interrupted: on Ctrl-C, with what is known.
     """
-    work = _Work(tuple(experiments), nominal, progress, tuple(separate))
+    work = _Work(tuple(experiments), on_rig(nominal, rig), progress, tuple(separate), rig)
     try:
         return work.done()
     except KeyboardInterrupt:
@@ -72,9 +77,11 @@ class _Work:
         nominal: Parameters,
         progress: Callable[[], None] | None,
         separate: tuple[str, ...],
+        rig: Rig | None = None,
     ) -> None:
         self.model = experiments[0].model
         self.experiments, self.nominal, self.progress, self.separate = experiments, nominal, progress, separate
+        self.rig = rig
         self.latents: tuple[Latent, ...] = ()  # what the calibration begins from: when the drive of each switched
         self.calibration: Calibration | None = None
         self.selection: Selection | None = None
@@ -88,10 +95,13 @@ class _Work:
         self.calibration = self._calibrated()
         settled = self._switched(self.calibration.fit)
         self.seconds['calibrate'] = time.monotonic() - start
-        if not any(e.fixed for e in (*self.calibration.estimates, *self.calibration.combinations)):
-            return self._without_result('insufficient_data', 'the recordings fix none of the parameters')
+        fixed = any(e.fixed for e in (*self.calibration.estimates, *self.calibration.combinations))
+        why = 'the recordings fix none of the parameters'
+        if not fixed and not moving(self.experiments, _PLAINLY):
+            return self._without_result('insufficient_data', why)
         start = time.monotonic()
-        untried = skipped(self.experiments)
+        # What the muscle's own numbers may follow has no name; how runs repeat and where they differ can be said.
+        untried = skipped(self.experiments) if fixed else dict.fromkeys(self.model.listed, why)
         testable = [e for e in self.model.listed if e not in untried]
         self.selection = self._selected(self.calibration, testable)
         if not settled and self._switched(self.selection.final):  # beside effects that hid it
@@ -108,7 +118,7 @@ class _Work:
         if left_unexplained(self.selection, runs) is not None:
             self.selection = named_only_if_explained(self.selection)
         self.selection = with_bent_form(self.selection, self.progress)
-        return conclude(self.selection, self.nominal, untried, self.seconds, runs)
+        return conclude(self.selection, self.nominal, untried, self.seconds, runs, self.rig)
 
     def _calibrated(self) -> Calibration:
         return calibrate(
@@ -120,7 +130,7 @@ class _Work:
     ) -> Selection:
         bare = as_well_as_read(in_turn(calibration.fit))
         found = select_twice(allowing(bare, repeated) if repeated else bare, testable, self.progress)
-        return with_free_law(found, self.progress)
+        return with_free_law(found, self.progress) if testable else found
 
     def _beside_what_differs(self, repeated: Mapping[str, Repeatability], testable: Sequence[str]) -> Selection:
         """Select once more, each recording with what runs of one protocol do not share for itself: its gain, where
@@ -183,9 +193,13 @@ def insufficient(experiments: Sequence[Experiment]) -> str | None:
     driven = any(np.ptp(e.imposed.drive) > 0.0 and np.max(np.abs(e.imposed.drive)) > 1e-6 for e in experiments)
     if not driven:
         return 'the input never changes, so nothing excites the muscle'
+    return None if moving(experiments, _MOVES) else 'no channel moves beyond its noise'
+
+
+def moving(experiments: Sequence[Experiment], times: float) -> bool:
+    """Whether a channel moves by more than so many times its noise."""
     noise = quick_noise(experiments)
-    moves = any(np.ptp(o.value) > 12.0 * noise[name].sigma for e in experiments for name, o in e.observed.items())
-    return None if moves else 'no channel moves beyond its noise'
+    return any(np.ptp(o.value) > times * noise[name].sigma for e in experiments for name, o in e.observed.items())
 
 
 def skipped(experiments: Sequence[Experiment]) -> dict[str, str]:

@@ -19,6 +19,7 @@ from tcp_muscle_ros.recording.frames import to_frame
 from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read
+from tcp_muscle_ros.settings.rig import read_rig
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,13 +74,16 @@ def calibrate(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple
 
 
 @in_python
-def diagnose(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple[str, ...] = ()) -> Diagnosed:
+def diagnose(
+    *recordings: Source, params: Params = DEFAULT_SET, separate: tuple[str, ...] = (), rig: str | Path | None = None
+) -> Diagnosed:
     """Say which physics recordings show that the model lacks, as ``tcp_muscle diagnose``.
 
     Args:
         recordings: frames, bags or lab files, of one muscle.
         params: the muscle as it is believed to be.
         separate: parameters that each recording has for itself, as of ``calibrate``.
+        rig: a ``rig.yaml``: what is known of the instruments, and what the rig can do.
 
     Raises:
         BadInput: a recording is not what its channels are called.
@@ -90,8 +94,9 @@ def diagnose(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple[
 
     refuse_unknown(separate)
     nominal = _parameters(params)
+    known = read_rig(rig) if rig else None
     with Progress('diagnosing') as progress, with_one_of_linear_algebra():
-        found, experiments = diagnosed(_all(recordings), nominal, progress, separate)
+        found, experiments = diagnosed(_all(recordings), nominal, progress, separate, known)
     return Diagnosed(found, tuple(experiments), nominal.operating)
 
 

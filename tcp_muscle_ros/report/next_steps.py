@@ -16,12 +16,13 @@ _NEXT = 'next_recording'
 @dataclass(frozen=True)
 class Asked:
     """What was asked for: bags, parameter file (or the name of a shipped set), the options by which bags were read,
-    and the folder that the report will have."""
+    the folder that the report will have, and what was known of the rig."""
 
     bags: tuple[str, ...]
     params: str
     folder: str
     options: tuple[str, ...] = ()
+    rig: str = ''
 
     @property
     def reading(self) -> tuple[str, ...]:
@@ -88,7 +89,8 @@ def _decide(diagnosis: Diagnosis, asked: Asked | None) -> Step:
     # Where a person hangs the loads it is played in parts, a bag each.
     loads = {step.load for step in proposal.steps}
     bags = _NEXT if len(loads) == 1 else f'{_NEXT}/part_*'
-    again = _joined('--params', asked.given, '--output', asked.made('').rstrip('/') + '_2', *asked.options)
+    known = ('--rig', str(Path(asked.rig).absolute())) if asked.rig else ()
+    again = _joined('--params', asked.given, *known, '--output', asked.made('').rstrip('/') + '_2', *asked.options)
     return Step(what, (run, f'{_command("tcp_muscle", "diagnose", *asked.reading)} {bags} {again}'))
 
 

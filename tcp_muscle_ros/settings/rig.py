@@ -155,6 +155,15 @@ def on_rig(muscle: Parameters, rig: Rig | None) -> Parameters:
     return muscle.with_effects(*names).replace(values) if names else muscle
 
 
+def beside(known: Rig | None, found: Rig) -> Rig:
+    """What is known of a rig with what was found of it: of its instruments both, of its limits what is known."""
+    if known is None:
+        return found
+    channels = {**known.instruments, **found.instruments}
+    both = {c: {**known.instruments.get(c, {}), **found.instruments.get(c, {})} for c in channels}
+    return Rig(both, known.limits)
+
+
 def read_rig(path: str | Path) -> Rig:
     """A rig from its file. BadInput names the key and the nearest valid one."""
     return parse_rig(load_yaml(path))

@@ -28,6 +28,7 @@ from tcp_muscle_ros.diagnosis.answer.notes import (
     on_rests,
     on_shared,
     on_slips,
+    on_untried,
 )
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, notes_on_runs, said_of_runs
@@ -44,6 +45,7 @@ from tcp_muscle_ros.diagnosis.search.rivals import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection, Weighed
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.settings.ages import Age
+from tcp_muscle_ros.settings.rig import Rig, RigLimits, beside
 
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
 LEAST_SIGNAL = 3.0
@@ -192,14 +194,14 @@ def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[Not
     return tuple(found)
 
 
-def _proposal(selection: Selection) -> Proposal | None:
+def _proposal(selection: Selection, limits: RigLimits | None) -> Proposal | None:
     """The experiment that tells the strongest finding of which there is doubt from what the data admit in its place."""
     for c in selection.chosen:
         if not c.indistinguishable or EFFECTS[c.effect].free is not None:
             continue
         rivals = {r.effect: r for r in c.rivals}
         alike = [rivals[name] for name in (c.effect, *c.indistinguishable)]
-        return propose(alike, shrink(alike[0].fit, c.effect), c.drop)
+        return propose(alike, shrink(alike[0].fit, c.effect), c.drop, limits)
     return None
 
 
@@ -262,11 +264,11 @@ def conclude(
     untried: Mapping[str, str],
     seconds: Mapping[str, float],
     runs: RunToRun | None = None,
+    rig: Rig | None = None,
 ) -> Diagnosis:
     """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why; ``runs``: how
-    runs of one protocol differ."""
-    remains = left_unexplained(selection, runs)
-    before = selection.structure_before
+    runs of one protocol differ; ``rig``: what is known of it."""
+    remains, before = left_unexplained(selection, runs), selection.structure_before
     channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
     location = None
     if channel is not None:
@@ -280,7 +282,7 @@ def conclude(
         f.held_out is not None and f.held_out.before < helps * f.nominal for f in errors.values()
     )
     verdict = _verdict(findings, remains, runs is not None and bool(runs.channel), wrong)
-    proposal = likely_to_decide(_proposal(selection))
+    proposal = likely_to_decide(_proposal(selection, rig.limits if rig else None))
     refitted = selection.first.refitted
     ranking = tuple(
         Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
@@ -305,10 +307,10 @@ def conclude(
         nominal=nominal,
         improved=improved,
         ages=ages,
-        rig=rig_of(selection.final),
+        rig=beside(rig, rig_of(selection.final)),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=(*notes_on_runs(runs), *_notes(selection, remains), *_age(improved, ages)),
+        notes=(*notes_on_runs(runs), *_notes(selection, remains, untried), *_age(improved, ages)),
         seconds=dict(seconds),
         calibrated=selection.calibrated.muscle,
         verdict_probability=of_verdict(verdict, findings),
@@ -318,9 +320,10 @@ def conclude(
     )
 
 
-def _notes(selection: Selection, remains: Unexplained | None) -> tuple[str, ...]:
+def _notes(selection: Selection, remains: Unexplained | None, untried: Mapping[str, str]) -> tuple[str, ...]:
     """What is to be known beside the findings."""
     return (
+        *on_untried(selection, untried),
         *notes(selection.final.problem.followed),
         *on_bent_form(selection),
         *on_draught(selection),

@@ -44,8 +44,8 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
     if not diagnosis.fit:
         return diagnosis
     d, room = diagnosis, operating_with_room(diagnosis, operating)
-    calibrated, improved = (physics_only(muscle) for muscle in (d.calibrated or d.nominal, d.improved))
-    muscles = [(d.nominal, dict(operating)), (calibrated, room), (on_rig(improved, d.rig), room)]
+    improved = on_rig(physics_only(d.improved), d.rig)
+    muscles = [(d.nominal, dict(operating)), (d.calibrated or d.nominal, room), (improved, room)]
     errors = [ReplayedErrors() for _ in muscles]
     while recordings:
         for part in mend(recordings.pop(0)).parts:  # what no model follows counts against none

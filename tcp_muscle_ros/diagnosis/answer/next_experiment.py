@@ -24,6 +24,7 @@ from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, margin
 from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters, steady_current
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.settings.rig import RigLimits
 
 _RATE = 20.0  # Hz
 _SAMPLES = 1000  # by which a difference is judged, a channel: as many as a diagnosis takes
@@ -48,11 +49,34 @@ class Plan:
     repeat: int = 1
 
 
+def allowed(muscle: Parameters, load: float, ambient: float, limits: RigLimits) -> list[Plan]:
+    """The protocols that a rig can do: with its currents, temperatures and loads, and no longer than it may run."""
+    hung = limits.loads or (load,)
+    base = min(hung, key=lambda one: abs(one - load))
+    hottest = min(_HOTTEST, limits.highest_temperature)
+    full = min(steady_current(muscle, hottest, ambient), limits.largest_current)
+
+    def within(plan: Plan) -> Plan:
+        return replace(
+            plan, steps=tuple(replace(s, current=min(s.current, limits.largest_current)) for s in plan.steps)
+        )
+
+    return [
+        within(plan)
+        for plan in _plans(full, min(hung), base, max(hung))
+        if plan.repeat * sum(step.duration for step in plan.steps) <= limits.longest_run
+        and (len(hung) > 1 or len({step.load for step in plan.steps}) == 1)
+    ]
+
+
 def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
     """Feasible protocols: no hotter than 90 degC at steady state, no more than twice the load at hand."""
-    full = steady_current(muscle, _HOTTEST, ambient)
-    low, high = 0.5 * max(load, 0.2), 2.0 * max(load, 0.2)
     base = max(load, 0.2)
+    return _plans(steady_current(muscle, _HOTTEST, ambient), 0.5 * base, base, 2.0 * base)
+
+
+def _plans(full: float, low: float, base: float, high: float) -> list[Plan]:
+    """The protocols with so much current (A) at steady state, at these loads (N)."""
 
     def on(duration: float, share: float, force: float = base) -> Step:
         return Step(duration, round(full * share, 4), round(force, 4))
@@ -156,11 +180,12 @@ def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
     return Experiment(plan.name, imposed, Holding('load', float(load[0])), observed)
 
 
-def propose(alike: Sequence[Rival], bare: Fit, drop: float) -> Proposal | None:
+def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | None = None) -> Proposal | None:
     """The protocol that best tells rivals apart that explain the recordings alike, the named one first; None where none
     promises anything.
 
-    ``bare`` is the first without its effect, ``drop`` what that explains of the recordings at hand. No listed form is
+    ``bare`` is the first without its effect, ``drop`` what that explains of the recordings at hand, ``limits`` what the
+    rig can do, where that is known. No listed form is
     quite the muscle's own: two must differ by more than the share of what the effect does, in old recordings and new,
     within which they pass for alike. Best is what tells most pairs apart, each as probable as its two rivals are.
     """
@@ -169,9 +194,11 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float) -> Proposal | None:
     first = members[0].fit
     like = next((e for e in first.problem.experiments if e.model.motion in e.observed), first.problem.experiments[0])
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
+    load = like.holding.starting_load
+    feasible = plans(first.muscle, load, ambient) if limits is None else allowed(first.muscle, load, ambient, limits)
     planned = [
         (plan, Under(bare, experiment), [Under(rival.fit, experiment) for rival in members])
-        for plan in plans(first.muscle, like.holding.starting_load, ambient)
+        for plan in feasible
         if (experiment := experiment_of(plan, like, ambient)).observed
     ]
     best, policy = min(rival.score for rival in members), members[0].policy

@@ -1,6 +1,6 @@
 """What is said of slips, leaps, rests and stops, and of what several channels see at once: none of it is a law."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -35,6 +35,12 @@ def on_slips(selection: Selection) -> tuple[str, ...]:
         f'{what}: {"; ".join(each)}; no model predicts these instants, so they are taken from the recordings, also '
         f'from held-out ones; improved.yaml {better}',
     )
+
+
+def on_untried(selection: Selection, untried: Mapping[str, str]) -> tuple[str, ...]:
+    """That no listed effect was tried, and why, where it is so of all for one reason; ``untried``: the reasons."""
+    whys, listed = set(untried.values()), set(selection.final.problem.model.listed)
+    return (f'no listed effect was tried: {whys.pop()}',) if len(whys) == 1 and listed <= set(untried) else ()
 
 
 def on_leads(selection: Selection) -> tuple[str, ...]:

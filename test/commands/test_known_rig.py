@@ -1,0 +1,90 @@
+"""``diagnose --rig``: what is known of the rig is no finding, and the next experiment is one that it can do."""
+
+import json
+
+import pytest
+import yaml
+
+from tcp_muscle_ros.diagnosis.answer.next_experiment import allowed, plans
+from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.settings.parameter_file import read, write
+from tcp_muscle_ros.settings.rig import RigLimits, read_rig
+from tcp_muscle_ros.tool import main
+
+MUSCLE = Parameters({'hA': 0.0212})
+RIG = """
+instruments:
+  temperature: {lag_s: 2.5}
+limits:
+  largest_current_a: 0.2
+  loads_n: [0.3, 0.6]
+"""
+PROTOCOL = """
+rate_hz: 10
+input: current
+load_n: 0.588
+segments:
+  - {duration_s: 10, value: 0}
+  - {duration_s: 40, value: 0.2}
+  - {duration_s: 40, value: 0}
+  - {duration_s: 40, value: 0.25}
+  - {duration_s: 40, value: 0}
+"""
+
+
+@pytest.fixture(scope='module')
+def lab(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('lab')
+    lagging = MUSCLE.with_effects('thermocouple_lag').replace({'thermocouple_lag.tau': 2.5})
+    noise = {'temperature_noise_k': 0.2, 'displacement_noise_m': 5e-5, 'resistance_noise_ohm': 0.02}
+    write(folder / 'muscle.yaml', lagging, operating=noise)
+    (folder / 'protocol.yaml').write_text(PROTOCOL)
+    (folder / 'rig.yaml').write_text(RIG)
+    words = ('simulate', 'protocol.yaml', '--params', 'muscle.yaml', '--output', 'bag')
+    assert main([str(folder / word) if '.' in word or word == 'bag' else word for word in words]) == 0
+    return folder
+
+
+def diagnosed(lab, output, *options):
+    assert main(['diagnose', str(lab / 'bag'), '--output', str(lab / output), *options]) == 0
+    return json.loads((lab / output / 'report.json').read_text())
+
+
+def test_a_lag_that_is_known_is_no_finding_and_stays_in_rig_yaml_alone(lab):
+    unknown = diagnosed(lab, 'unknown')
+    assert 'thermocouple_lag' in [f['effect'] for f in unknown['findings']]
+    known = diagnosed(lab, 'known', '--rig', str(lab / 'rig.yaml'))
+    assert known['findings'] == [] and known['verdict'] == 'wrong_parameters'
+    assert known['fit']['temperature']['rmse_calibrated'] < 0.5 * unknown['fit']['temperature']['rmse_calibrated']
+    handed_on = read_rig(lab / 'known' / 'rig.yaml')
+    assert handed_on.instruments['temperature']['lag_s'].value == 2.5
+    assert handed_on.limits == read_rig(lab / 'rig.yaml').limits
+    improved = read(str(lab / 'known' / 'improved.yaml')).parameters
+    assert improved.effects == () and improved['hA'] == pytest.approx(0.0212, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [('instruments: {thermometer: {lag_s: 1}}', 'thermometer'), ('instruments: {force: {gain: 2}}', 'force.gain')],
+)
+def test_a_rig_that_cannot_be_is_one_line(lab, tmp_path, capsys, text, said):
+    (tmp_path / 'rig.yaml').write_text(yaml.safe_dump(yaml.safe_load(text)))
+    asked = ('--rig', str(tmp_path / 'rig.yaml'), '--output', str(tmp_path / 'o'))
+    assert main(['diagnose', str(lab / 'bag'), *asked]) == 2
+    line = capsys.readouterr().err.strip()
+    assert said in line and '\n' not in line
+    assert not (tmp_path / 'o').exists()
+
+
+def test_no_experiment_goes_beyond_the_rig():
+    limits = RigLimits(largest_current=0.2, loads=(0.3, 0.6), longest_run=300.0)
+    feasible = allowed(MUSCLE, 0.588, ZERO_CELSIUS + 23.0, limits)
+    steps = [step for plan in feasible for step in plan.steps]
+    assert max(step.current for step in steps) == pytest.approx(0.2, rel=1e-3)
+    assert {step.load for step in steps} == {0.3, 0.6}
+    assert all(plan.repeat * sum(s.duration for s in plan.steps) <= 300.0 for plan in feasible)
+    assert len(feasible) < len(plans(MUSCLE, 0.588, ZERO_CELSIUS + 23.0))
+    hung = allowed(MUSCLE, 0.588, ZERO_CELSIUS + 23.0, RigLimits())
+    assert {step.load for plan in hung for step in plan.steps} == {0.588}
+    cool = allowed(MUSCLE, 0.588, ZERO_CELSIUS + 23.0, RigLimits(highest_temperature=ZERO_CELSIUS + 40.0))
+    assert max(s.current for plan in cool for s in plan.steps) < 0.2
