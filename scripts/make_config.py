@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tcp_muscle_ros.muscle import SETS, ZERO_CELSIUS, Parameters, steady_current
 from tcp_muscle_ros.muscle.edges import EDGES
-from tcp_muscle_ros.muscle.family import FAMILY
+from tcp_muscle_ros.muscle.family import FAMILY, not_stated
 from tcp_muscle_ros.muscle.table import DERIVED
 from tcp_muscle_ros.settings.parameter_file import describe, number_text, render
 
@@ -61,7 +61,7 @@ def running(name: str) -> str:
     """How a muscle of another source is run: its own limit and load in place of those of the paper's muscle."""
     muscle, (load, why) = Parameters.named(name), LOADS[name]
     limit = floor(100 * steady_current(muscle, WARM + ZERO_CELSIUS)) / 100
-    given = '' if 'R0' in FAMILY[name] else ", with the paper's resistance: measure yours first"
+    given = ", with the paper's resistance: measure yours first" if not_stated('R0', muscle) else ''
     rows = (('current_limit_a', limit, f'A; settles below {WARM:g} degC{given}'), ('load_n', load, f'N; {why}'))
     return ''.join(f'    {f"{row}: {number_text(value)}":<34} # {text}\n' for row, value, text in rows)
 

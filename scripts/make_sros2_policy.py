@@ -18,14 +18,9 @@ from rclpy.node import Node
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'
 NODES = ('sim_node', 'controller_node', 'serial_driver_node', 'twin_node')
-RECORDER, RUNNER = (
-    'muscle_recorder',
-    'protocol_runner',
-)  # of `tcp_muscle record` and `tcp_muscle run`, which records too
-HAS = {
-    RECORDER: ('subscribe', 'displacement'),
-    RUNNER: ('publish', 'command_lateness'),
-}  # once it is up; others: ~/reset
+# Of `tcp_muscle record`, and of `tcp_muscle run`, which records too; what each has once it is up (others: ~/reset).
+RECORDER, RUNNER = 'muscle_recorder', 'protocol_runner'
+HAS = {RECORDER: ('subscribe', 'displacement'), RUNNER: ('publish', 'command_lateness')}
 OF_MANY = ('sim_node', 'controller_node')  # which take a list of muscles, and of joints
 HEAD = """\
 <?xml version="1.0" encoding="UTF-8"?>

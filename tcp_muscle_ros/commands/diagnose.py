@@ -74,7 +74,7 @@ def _output(args: argparse.Namespace) -> Path:
         if getattr(args, option) is not None:
             raise BadInput(f'--{option} goes with --manifest RUNS.yaml only')
     refuse_unknown(args.separate)
-    refuse_among(args.output, [*args.bags, args.params, *([args.rig] if args.rig else [])])
+    refuse_among(args.output, [*args.bags, args.params, *filter(None, [args.rig])])
     return refuse_report(args.output, force=args.force)
 
 

@@ -29,6 +29,11 @@ def read_text(path: str | Path) -> str:
         return _drained(descriptor).decode('utf-8')
 
 
+def why_unread(error: OSError | UnicodeDecodeError) -> str:
+    """Why ``read_text`` could not read, in a few words."""
+    return error.strerror if isinstance(error, OSError) and error.strerror else 'not UTF-8 text'
+
+
 def not_readable(path: Path, what: str) -> BadInput:
     """Why a path that is no regular file cannot be read as one. ``what`` was expected there, such as a bag."""
     if path.is_fifo():

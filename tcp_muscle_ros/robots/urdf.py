@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.robots.models import OPTICAL, VIEW, load, mujoco, root
 
-_LOOKING = np.array(
-    [[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]]
-)  # MJCF's camera looks along -z, a link along x
+# MJCF's camera looks along -z, a link along x.
+_LOOKING = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
 _SIDEWAYS = '-1.57079633 0 -1.57079633'  # rpy of an optical frame, z ahead and y down, on the camera's link
 _EFFORT, _SPEED = 0.02, 5.0  # N m and rad/s: of the muscles that come along, for those who plan motions
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.files.inputs import read_text
+from tcp_muscle_ros.files.inputs import read_text, why_unread
 from tcp_muscle_ros.settings.operating import joint_in
 from tcp_muscle_ros.settings.parameter_file import values_for
 
@@ -68,8 +68,7 @@ def _check_file(name: str, path: Path, nodes: Iterable[str]) -> None:
     try:
         read_text(path)
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else 'not UTF-8 text'
-        raise BadInput(f'{path}: cannot read the {name}: {reason}') from None
+        raise BadInput(f'{path}: cannot read the {name}: {why_unread(error)}') from None
 
 
 def config_file(name: str) -> Path:

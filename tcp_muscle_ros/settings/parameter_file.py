@@ -11,7 +11,7 @@ from math import isfinite
 from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.files.inputs import read_text
+from tcp_muscle_ros.files.inputs import read_text, why_unread
 from tcp_muscle_ros.files.yaml_text import NotYaml, parse
 from tcp_muscle_ros.muscle import SETS, TABLE, Parameters
 from tcp_muscle_ros.muscle.edges import EDGES, EdgeValue, inside, names, outside
@@ -151,9 +151,8 @@ def load(path: Path) -> object:
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else 'not UTF-8 text'
         hint = nearest(str(path), SETS) if isinstance(error, FileNotFoundError) and not path.suffix else ''
-        raise BadInput(f'{path}: cannot read the parameter file: {reason}{hint}') from None
+        raise BadInput(f'{path}: cannot read the parameter file: {why_unread(error)}{hint}') from None
     try:
         return parse(text)
     except NotYaml as error:

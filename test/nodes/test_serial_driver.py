@@ -5,7 +5,7 @@ import signal
 import threading
 import time
 import tty
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 from tcp_muscle_ros.nodes.serial_line import Lines, checksum, command, framed, sample
 
 WATCHDOG = 0.25  # s, the board's own
+NO_ANSWER = 'no answer from the board to what was asked in the last 0.2 s'
 
 
 def test_it_needs_no_model_and_compiles_none(bench, tmp_path):
@@ -160,6 +161,18 @@ def rig(bench):
             bench.until(lambda: len(self.board.told) >= before + 100, 'the board is told nothing', 10.0)
             assert set(self.board.told[before:]) == {0.0}
 
+        @contextmanager
+        def at_fault(self, fault, value, why):
+            """The board with a fault, which stops the current; it flows again when the fault is gone."""
+            with bench.repeating(self.command, 0.1):
+                self.flows()
+                usual = getattr(self.board, fault)
+                setattr(self.board, fault, value)
+                self.stops(why)
+                yield
+                setattr(self.board, fault, usual)
+                self.flows()
+
         def flows(self):
             bench.until(lambda: self.board.current == 0.1, 'no current flows', 10.0)
 
@@ -182,34 +195,21 @@ def test_what_is_commanded_flows_and_what_is_measured_is_said(bench, rig):
 
 
 @pytest.mark.processes
-def test_garbage_stops_the_current_and_it_comes_back(bench, rig):
-    with bench.repeating(rig.command, 0.1):
-        rig.flows()
-        rig.board.garbage = True
-        rig.stops('no answer from the board to what was asked in the last 0.2 s')
-        rig.board.garbage = False
-        rig.flows()
+def test_garbage_stops_the_current_and_it_comes_back(rig):
+    with rig.at_fault('garbage', True, NO_ANSWER):
+        pass
 
 
 @pytest.mark.processes
-def test_a_board_that_hears_and_says_nothing_is_told_0_and_the_current_comes_back(bench, rig):
-    with bench.repeating(rig.command, 0.1):
-        rig.flows()
-        rig.board.silent = True
-        rig.stops('no answer from the board to what was asked in the last 0.2 s')
+def test_a_board_that_hears_and_says_nothing_is_told_0_and_the_current_comes_back(rig):
+    with rig.at_fault('silent', True, NO_ANSWER):
         rig.is_told_0_for_a_second()
-        rig.board.silent = False
-        rig.flows()
 
 
 @pytest.mark.processes
-def test_late_answers_stop_the_current_and_it_comes_back(bench, rig):
-    with bench.repeating(rig.command, 0.1):
-        rig.flows()
-        rig.board.delay = 0.6
-        rig.stops('no answer from the board')
-        rig.board.delay = 0.0
-        rig.flows()
+def test_late_answers_stop_the_current_and_it_comes_back(rig):
+    with rig.at_fault('delay', 0.6, 'no answer from the board'):
+        pass
 
 
 @pytest.mark.processes

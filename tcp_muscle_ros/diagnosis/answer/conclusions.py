@@ -21,13 +21,16 @@ from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, 
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
 from tcp_muscle_ros.diagnosis.answer.notes import (
+    on_age,
     on_bent_form,
+    on_cut_short,
     on_doubtful,
     on_draught,
     on_leads,
     on_rests,
     on_shared,
     on_slips,
+    on_unseen,
     on_untried,
 )
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
@@ -44,7 +47,6 @@ from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate, worst_
 from tcp_muscle_ros.diagnosis.search.rivals import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection, Weighed
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
-from tcp_muscle_ros.settings.ages import Age
 from tcp_muscle_ros.settings.rig import Rig, RigLimits, beside
 
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
@@ -310,7 +312,7 @@ def conclude(
         rig=beside(rig, rig_of(selection.final)),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=(*notes_on_runs(runs), *_notes(selection, remains, untried), *_age(improved, ages)),
+        notes=(*notes_on_runs(runs), *_notes(selection, remains, untried), *on_age(improved, ages)),
         seconds=dict(seconds),
         calibrated=selection.calibrated.muscle,
         verdict_probability=of_verdict(verdict, findings),
@@ -332,8 +334,8 @@ def _notes(selection: Selection, remains: Unexplained | None, untried: Mapping[s
         *on_slips(selection),
         *on_rests(selection.final),
         *on_shared(selection, remains),
-        *_unseen(selection),
-        *_cut_short(selection),
+        *on_unseen(selection),
+        *on_cut_short(selection),
     )
 
 
@@ -372,30 +374,3 @@ def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
             'current, so creep, hysteresis and a loss of stroke are hard to see; record open-loop steps'
         )
     return tuple(found)
-
-
-def _age(now: Parameters, ages: Sequence[Age]) -> tuple[str, ...]:
-    """How old the muscle is now, where it ages."""
-    first = ages[0].values if ages else {}
-    return tuple(
-        f'{name} was {before:.4g} before the first recording and is {now[name]:.4g} after the last: improved.yaml has '
-        f'the value after the last, and a replay of these recordings uses the value of each'
-        for name, before in first.items()
-    )
-
-
-def _unseen(selection: Selection) -> tuple[str, ...]:
-    """That stretches were held out where recordings might have been."""
-    if selection.other_conditions or len(selection.final.problem.experiments) < 3:
-        return ()
-    return (
-        'the unseen data are parts of the recordings; no other condition was tested, because what was found cannot be '
-        'learnt from the other recordings alone',
-    )
-
-
-def _cut_short(selection: Selection) -> tuple[str, ...]:
-    """That more might have been tried."""
-    if selection.final.problem.work.left:
-        return ()
-    return ('the search was cut short: with fewer or shorter recordings at once more could be tried',)

@@ -57,9 +57,8 @@ def allowed(muscle: Parameters, load: float, ambient: float, limits: RigLimits) 
     full = min(steady_current(muscle, hottest, ambient), limits.largest_current)
 
     def within(plan: Plan) -> Plan:
-        return replace(
-            plan, steps=tuple(replace(s, current=min(s.current, limits.largest_current)) for s in plan.steps)
-        )
+        most = limits.largest_current
+        return replace(plan, steps=tuple(replace(step, current=min(step.current, most)) for step in plan.steps))
 
     return [
         within(plan)
@@ -185,9 +184,9 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     promises anything.
 
     ``bare`` is the first without its effect, ``drop`` what that explains of the recordings at hand, ``limits`` what the
-    rig can do, where that is known. No listed form is
-    quite the muscle's own: two must differ by more than the share of what the effect does, in old recordings and new,
-    within which they pass for alike. Best is what tells most pairs apart, each as probable as its two rivals are.
+    rig can do, where that is known. No listed form is quite the muscle's own: two must differ by more than the share of
+    what the effect does, in old recordings and new, within which they pass for alike. Best is what tells most pairs
+    apart, each as probable as its two rivals are.
     """
     members = alike[:_MEMBERS]
     names = [rival.effect for rival in members]

@@ -1,6 +1,6 @@
-"""What is said of slips, leaps, rests and stops, and of what several channels see at once: none of it is a law."""
+"""What is to be known beside the findings: slips, leaps, rests, stops, what was not tried or not seen, and the age."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.remaining import wandering
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
-from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.muscle import EFFECTS, Parameters
+from tcp_muscle_ros.settings.ages import Age
 
 
 def on_slips(selection: Selection) -> tuple[str, ...]:
@@ -134,3 +135,30 @@ def _signatures(fitted: Fit) -> Iterator[tuple[str, str, Signature]]:
             o = experiment.observed.get(name)
             if o is not None and o.time.size > 2 and float(o.count.max()) == 1.0:
                 yield experiment.name, name, signature(o.time, o.value, o.value - left[name])
+
+
+def on_age(now: Parameters, ages: Sequence[Age]) -> tuple[str, ...]:
+    """How old the muscle is now, where it ages."""
+    first = ages[0].values if ages else {}
+    return tuple(
+        f'{name} was {before:.4g} before the first recording and is {now[name]:.4g} after the last: improved.yaml has '
+        f'the value after the last, and a replay of these recordings uses the value of each'
+        for name, before in first.items()
+    )
+
+
+def on_unseen(selection: Selection) -> tuple[str, ...]:
+    """That stretches were held out where recordings might have been."""
+    if selection.other_conditions or len(selection.final.problem.experiments) < 3:
+        return ()
+    return (
+        'the unseen data are parts of the recordings; no other condition was tested, because what was found cannot be '
+        'learnt from the other recordings alone',
+    )
+
+
+def on_cut_short(selection: Selection) -> tuple[str, ...]:
+    """That more might have been tried."""
+    if selection.final.problem.work.left:
+        return ()
+    return ('the search was cut short: with fewer or shorter recordings at once more could be tried',)

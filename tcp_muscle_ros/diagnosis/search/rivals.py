@@ -123,13 +123,18 @@ def rivals_for(
         if bare - rival.score >= _LAGGING * best or candidate.gain > best:
             if progress:
                 progress()
-            head = rival.fit
-            whole = fit(head.problem, head.z, rounds=40, tolerance=1e-5, known=head.rough_slopes)
-            rival = Rival(rival.effect, whole, penalised(whole))
+            rival = _to_the_end(rival)
         found.append(rival)
     bar = bare - _CHOOSING * max((bare - rival.score for rival in found), default=0.0)
     found = [_best_choice(rival, progress) if rival.score <= bar else rival for rival in found]
     return sorted(found, key=lambda r: r.score)
+
+
+def _to_the_end(rival: Rival) -> Rival:
+    """The rival after as many rounds as its fit needs."""
+    head = rival.fit
+    whole = fit(head.problem, head.z, rounds=40, tolerance=1e-5, known=head.rough_slopes)
+    return Rival(rival.effect, whole, penalised(whole))
 
 
 def _best_choice(rival: Rival, progress: Callable[[], None] | None) -> Rival:
@@ -150,8 +155,7 @@ def _best_choice(rival: Rival, progress: Callable[[], None] | None) -> Rival:
             changed = replace(problem, parameters=problem.parameters.replace({key: float(other)}))
             again = fit(changed, rival.fit.z, rounds=_HEAT, tolerance=1e-5, known=rival.fit.rough_slopes)
             if penalised(again) < best.score:
-                again = fit(changed, again.z, rounds=40, tolerance=1e-5, known=again.rough_slopes)
-                best = Rival(rival.effect, again, penalised(again))
+                best = _to_the_end(Rival(rival.effect, again, penalised(again)))
     return best
 
 
