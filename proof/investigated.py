@@ -34,7 +34,7 @@ from proof.tool import HELD_OUT, REPORT, diagnose_case, users_errors
 from proof.truth import Experiment, observe
 from proof.truth.body import weight
 from proof.truth.plant import CURRENT
-from tcp_muscle_ros.commands.exploring import first_protocols, kept_back_protocol, loads_about
+from tcp_muscle_ros.commands.exploring import first_protocols, further_protocols, kept_back_protocol, loads_about
 from tcp_muscle_ros.commands.investigation import Budget, Investigation, Log, allowed_of
 from tcp_muscle_ros.control.playing import Allowed
 from tcp_muscle_ros.diagnosis.observation.observe import MOST
@@ -172,6 +172,9 @@ class Muscle:
         top, room = case.lab.top, case.lab.ambient + 273.15
         allowed = Allowed(current=top, temperature=HOTTEST)
 
+        loads = loads_about(LOAD, ())
+        rounds = [first_protocols(top, loads, LOAD, room), *further_protocols(top, loads, LOAD, room)]
+
         def diagnose(_: Sequence[Path], report: Path) -> Mapping[str, Any]:
             diagnose_case(home / case.name, report, MOST)
             content = dict(_json(report / case.name / REPORT))
@@ -184,7 +187,7 @@ class Muscle:
             home,
             Plant(Bench(case, home), home / 'kept'),
             diagnose,
-            [allowed_of(one, model, allowed) for one in first_protocols(top, loads_about(LOAD, ()), LOAD, room)],
+            [[allowed_of(one, model, allowed) for one in those] for those in rounds],
             allowed_of(kept_back_protocol(top, LOAD, room), model, allowed),
             lambda protocol: allowed_of(protocol, model, allowed),
             BUDGET,

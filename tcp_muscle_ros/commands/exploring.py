@@ -1,7 +1,9 @@
-"""What an investigation records before its first diagnosis, and the run that it keeps back.
+"""What an investigation records before its first diagnosis, and to see whether an answer stands; and the run that it
+keeps back.
 
 A diagnosis names only what its recordings can show. So the first protocols show each of what the catalogue's effects
-depend on: three temperatures, a long hold, reversals inside a loop, fast switching, other loads, steps of the load.
+depend on: three temperatures, a long hold, reversals inside a loop, fast switching, other loads, steps of the load. The
+further ones ask the same in another way: what is named wrongly, or not seen, under one load and pace differs at others.
 """
 
 from collections.abc import Sequence
@@ -18,12 +20,19 @@ _LEVELS = (1.0, 0.65, 0.85)  # of the largest current, by turns
 _HEATINGS = ((5.0, 0.0), (25.0, 1.0), (45.0, 0.0), (25.0, 0.8), (45.0, 0.0), (25.0, 0.65), (45.0, 0.0))
 _HOLD = ((8.0, _PROBE), (150.0, 0.9), (70.0, _PROBE))
 _STAIRS = (0.45, 0.7, 0.85, 1.0, 0.85, 0.7, 0.55, 0.75, 0.9, 0.75, 0.55, 0.8, 1.0, 0.7, 0.45)
+_RAMPS = ((5.0, 0.0), *((s, way) for s in (20.0, 50.0) for way in ((0.35, 1.0), (1.0, 0.35))), (45.0, _PROBE))
+_GENTLE_HOLD = ((30.0, _PROBE), (110.0, 0.75), (110.0, _PROBE))
+_CYCLES = ((5.0, 0.0), *((20.0, 1.0), (30.0, 0.0)) * 6)
+_FALLING = ((5.0, 0.0), *((16.0, share) for share in (1.0, 0.8, 0.6, 0.4, 0.7, 0.5, 0.9, 0.6)), (45.0, 0.0))
 _KEPT_BACK = ((5.0, 0.0), (12.0, 0.9), (8.0, 0.5), (20.0, 0.0), (20.0, 0.7), (10.0, 1.0), (45.0, 0.0))
+
+
+_Share = float | tuple[float, float]  # of the largest current; or from one to another
 
 
 class _Step(NamedTuple):
     seconds: float
-    share: float  # of the largest current
+    share: _Share
     load: float  # N
 
 
@@ -54,6 +63,17 @@ def first_protocols(current: float, loads: Sequence[float], load: float, ambient
     return made
 
 
+def further_protocols(current: float, loads: Sequence[float], load: float, ambient: float) -> list[list[Protocol]]:
+    """What is recorded once there is an answer, to see whether it stands: one round, and another where it did not.
+
+    Args and units as of ``first_protocols``.
+    """
+    heavy, light, beside = loads[-1], loads[0], loads[(len(loads) - 1) // 2]
+    once = ((heavy, _HEATINGS), (light, _RAMPS), (beside, _GENTLE_HOLD))
+    again = ((light, _CYCLES), (heavy, _FALLING), (light, _HOLD))
+    return [[_under(force, steps, current, ambient) for force, steps in one] for one in (once, again)]
+
+
 def kept_back_protocol(current: float, load: float, ambient: float) -> Protocol:
     """What is recorded last and shown to no diagnosis."""
     return _under(load, _KEPT_BACK, current, ambient)
@@ -71,13 +91,15 @@ def _load_steps(loads: Sequence[float]) -> list[_Step]:
     return [*cold, *hot, _Step(45.0, _PROBE, loads[0])]
 
 
-def _under(load: float, steps: Sequence[tuple[float, float]], current: float, ambient: float) -> Protocol:
+def _under(load: float, steps: Sequence[tuple[float, _Share]], current: float, ambient: float) -> Protocol:
     return _made([_Step(seconds, share, load) for seconds, share in steps], current, ambient)
 
 
 def _made(steps: Sequence[_Step], current: float, ambient: float) -> Protocol:
-    segments = tuple(
-        Segment(step.seconds, Ramp(step.share * current, step.share * current), Ramp(step.load, step.load))
-        for step in steps
-    )
+    segments = tuple(Segment(step.seconds, _of(current, step.share), Ramp(step.load, step.load)) for step in steps)
     return Protocol(RATE, 'current', segments, load=steps[0].load, ambient=ambient)
+
+
+def _of(current: float, share: _Share) -> Ramp:
+    start, end = share if isinstance(share, tuple) else (share, share)
+    return Ramp(start * current, end * current)

@@ -96,7 +96,7 @@ def _investigation(
     args: argparse.Namespace, folder: Path, model: Parameters, limits: RigLimits | None
 ) -> Callable[[], Investigation]:
     """What makes the investigation in its folder. BadInput where it may not be begun."""
-    from tcp_muscle_ros.commands.exploring import first_protocols, kept_back_protocol, loads_about
+    from tcp_muscle_ros.commands.exploring import first_protocols, further_protocols, kept_back_protocol, loads_about
     from tcp_muscle_ros.commands.investigation import Budget, Investigation, allowed_of
     from tcp_muscle_ros.muscle import ZERO_CELSIUS
     from tcp_muscle_ros.recording.protocol import read_protocol
@@ -115,12 +115,14 @@ def _investigation(
     first = [read_protocol(args.first)] if args.first else first_protocols(current, loads, load, ambient)
     kept = kept_back_protocol(current, load, ambient)
     simulated = _Simulated(args.simulated) if args.simulated else None
-    allowed_first, allowed_kept = [allowed_of(one, model, allowed) for one in first], allowed_of(kept, model, allowed)
+    rounds = [first, *further_protocols(current, loads, load, ambient)]
+    allowed_rounds = [[allowed_of(one, model, allowed) for one in those] for those in rounds]
+    allowed_kept = allowed_of(kept, model, allowed)
     return lambda: Investigation(
         folder,
         simulated or _Live(args, model, limits),
         lambda bags, report: _diagnosed(bags, report, args.params, args.rig),
-        allowed_first,
+        allowed_rounds,
         allowed_kept,
         lambda protocol: allowed_of(protocol, model, allowed),
         Budget(60.0 * args.minutes, args.runs, args.cycles),

@@ -1,5 +1,7 @@
 """The loop of ``tcp_muscle investigate``: record the first protocols, diagnose all so far, record what is proposed.
 
+Once there is an answer, further protocols ask the same in another way; it counts if they do not change it.
+
 Every step that is done is a line of DIR/log.jsonl; what is not in it was not done, and is done again after a kill -9.
 """
 
@@ -134,7 +136,8 @@ class Investigation:
         folder: where everything is kept.
         plant: what is investigated.
         diagnose: writes the report on these bags to this folder, and returns its content.
-        first: the protocols that are recorded before anything is diagnosed, as far as the budget goes.
+        rounds: of protocols. The first is recorded before anything is diagnosed, as far as the budget goes; the next
+            once there is an answer; each further one where the answer has changed since.
         kept_back: that of the run that no diagnosis sees.
         admit: a protocol as the rig allows it; BadInput where it does not.
         budget: what may be spent.
@@ -146,14 +149,14 @@ class Investigation:
         folder: Path,
         plant: Plant,
         diagnose: Callable[[Sequence[Path], Path], Mapping[str, Any]],
-        first: Sequence[Played],
+        rounds: Sequence[Sequence[Played]],
         kept_back: Played,
         admit: Callable[[Played], Played],
         budget: Budget,
         say: Callable[[str], None],
     ) -> None:
         self._folder, self._plant, self._diagnose = folder, plant, diagnose
-        self._first, self._kept_back = first, kept_back
+        self._rounds, self._kept_back = rounds, kept_back
         self._admit, self._budget, self._say = admit, budget, say
         for name in ('protocols', 'runs', 'reports'):
             (folder / name).mkdir(parents=True, exist_ok=True)
@@ -163,30 +166,45 @@ class Investigation:
         """Go on from where the log ends, to the end."""
         while not self.log.of('end'):
             runs, reports = self.log.of('run'), self.log.of('diagnosis')
-            protocol = self._unrecorded(len(runs))
+            protocol = self._unrecorded()
             if protocol is not None:
                 self._record('run', f'run_{len(runs) + 1}', protocol)
             elif not reports or reports[-1]['runs'] < len(runs):
                 self._report(len(runs))
+            elif reports[-1]['decided']:
+                self._ask_again(reports[-1])
             else:
                 self._propose(len(runs) + 1, reports[-1])
         if not self.log.of('kept_back'):
             self._record('kept_back', 'kept_back', self._kept_back)
 
-    def _unrecorded(self, count: int) -> Played | None:
-        """The next of the first protocols once ``count`` runs are recorded; None where all are, or the budget ends."""
-        if self.log.of('diagnosis') or count >= len(self._first):
+    def _unrecorded(self) -> Played | None:
+        """The next protocol of this round; None where all are recorded, or the budget ends."""
+        begun = max((k for k, one in enumerate(self.log.steps) if one['step'] == 'ask_again'), default=-1)
+        recent = [one['step'] for one in self.log.steps[begun + 1 :]]
+        planned = self._rounds[len(self.log.of('ask_again'))]
+        count = recent.count('run')
+        if 'diagnosis' in recent or count >= len(planned):
             return None
-        spent = self._beyond(self._first[count])
-        if spent and not count:
+        spent = self._beyond(planned[count])
+        if spent and not self.log.of('run'):
             raise BadInput(f'{spent} before anything is recorded: a first run and one that is kept back need more')
-        return None if spent else self._first[count]
+        return None if spent else planned[count]
+
+    def _ask_again(self, last: Mapping[str, Any]) -> None:
+        """Begin the next round; or the end, where the answer has stood one, or no more can be recorded."""
+        asked = self.log.of('ask_again')
+        further = self._rounds[len(asked) + 1 :]
+        if asked and asked[-1]['named'] == last['named']:
+            self._end(f'{last["decided"]}, and {last["runs"] - asked[-1]["runs"]} further runs say the same')
+        elif not further or self._beyond(further[0][0]):
+            self._end(last['decided'])
+        else:
+            self._say('that is an answer: does it stand in further runs?')
+            self.log.add('ask_again', named=last['named'], runs=last['runs'])
 
     def _propose(self, number: int, last: Mapping[str, Any]) -> None:
         """The experiment that the last diagnosis proposes, or the end."""
-        if last['decided']:
-            self._end(last['decided'])
-            return
         try:
             protocol = self._admit(read_protocol(self._folder / last['report'] / last['protocol']))
         except BadInput as error:
@@ -235,6 +253,7 @@ class Investigation:
             verdict=content['verdict'],
             headline=content['headline'],
             protocol=proposed.get('protocol'),
+            named=sorted(finding['effect'] for finding in content['findings']),
             decided=decided(content),
         )
 

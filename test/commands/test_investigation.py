@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tcp_muscle_ros.commands.exploring import first_protocols, kept_back_protocol, loads_about
+from tcp_muscle_ros.commands.exploring import first_protocols, further_protocols, kept_back_protocol, loads_about
 from tcp_muscle_ros.commands.investigation import (
     Budget,
     Investigation,
@@ -34,10 +34,11 @@ class Killed(BaseException):
 
 
 class Rig:
-    """What records and diagnoses, and is killed before or after the step ``dies``. The third report decides."""
+    """What records and diagnoses, and is killed before or after the step ``dies``. The third report decides; what is
+    named then, each report says after the count of its bags in ``says``."""
 
-    def __init__(self, dies=None, decides=3):
-        self.dies, self.decides, self.steps = dies, decides, 0
+    def __init__(self, dies=None, decides=3, says=None):
+        self.dies, self.decides, self.says, self.steps = dies, decides, says or {}, 0
 
     def _step(self, work):
         self.steps += 1
@@ -61,12 +62,12 @@ class Rig:
             'verdict': 'missing_physics',
             'headline': f'after {len(bags)}',
             'unexplained': None,
-            'findings': [{'singled_out': over}],
+            'findings': [{'effect': self.says.get(len(bags), 'creep'), 'singled_out': over}],
             'next_experiment': None if over else {'protocol': 'next.yaml'},
         }
 
-    def investigation(self, folder, budget=WIDE, admit=lambda protocol: protocol, first=(FIRST,)):
-        return Investigation(folder, self, self.diagnose, first, KEPT, admit, budget, lambda _: None)
+    def investigation(self, folder, budget=WIDE, admit=lambda protocol: protocol, rounds=((FIRST,),)):
+        return Investigation(folder, self, self.diagnose, rounds, KEPT, admit, budget, lambda _: None)
 
 
 def test_it_runs_what_is_proposed_until_it_is_decided_and_keeps_one_run_back(tmp_path):
@@ -80,13 +81,61 @@ def test_it_runs_what_is_proposed_until_it_is_decided_and_keeps_one_run_back(tmp
 
 
 def test_all_first_protocols_are_recorded_before_anything_is_concluded_as_far_as_the_budget_goes(tmp_path):
-    made = Rig(decides=1).investigation(tmp_path / 'all', first=EXPLORED)
+    made = Rig(decides=1).investigation(tmp_path / 'all', rounds=(EXPLORED,))
     made.run()
     assert [step['step'] for step in made.log.steps] == [*['run'] * len(EXPLORED), 'diagnosis', 'end', 'kept_back']
     budget = Budget(sum(one.duration for one in (*EXPLORED[:3], KEPT)), 100, 1000)
-    short = Rig(decides=9).investigation(tmp_path / 'short', budget, first=EXPLORED)
+    short = Rig(decides=9).investigation(tmp_path / 'short', budget, rounds=(EXPLORED,))
     short.run()
     assert [step['step'] for step in short.log.steps] == [*['run'] * 3, 'diagnosis', 'end', 'kept_back']
+
+
+TWICE = ((FIRST,), (EXPLORED[1], EXPLORED[2]), (EXPLORED[3],))
+
+
+def test_an_answer_is_asked_for_again_in_another_way_and_counts_if_it_is_the_same(tmp_path):
+    made = Rig(decides=2).investigation(tmp_path, rounds=TWICE)
+    made.run()
+    steps = ['run', 'diagnosis', 'run', 'diagnosis', 'ask_again', 'run', 'run', 'diagnosis', 'end', 'kept_back']
+    assert [step['step'] for step in made.log.steps] == steps
+    assert made.log.of('end')[0]['why'].endswith('and 2 further runs say the same')
+    asked = [read_protocol(tmp_path / 'protocols' / f'run_{k}.yaml') for k in (3, 4)]
+    assert [one.duration for one in asked] == [one.duration for one in TWICE[1]]
+
+
+def test_an_answer_that_changes_is_asked_for_once_more_as_far_as_rounds_and_budget_go(tmp_path):
+    changing = {1: 'creep', 3: 'radiation', 4: 'hysteresis'}
+    made = Rig(decides=1, says=changing).investigation(tmp_path / 'all', rounds=TWICE)
+    made.run()
+    assert [one['named'] for one in made.log.of('diagnosis')] == [['creep'], ['radiation'], ['hysteresis']]
+    assert 'say the same' not in made.log.of('end')[0]['why']
+    poor = Budget(FIRST.duration + KEPT.duration + 1.0, 100, 1000)
+    short = Rig(decides=1).investigation(tmp_path / 'short', poor, rounds=TWICE)
+    short.run()
+    assert [step['step'] for step in short.log.steps] == ['run', 'diagnosis', 'end', 'kept_back']
+
+
+@pytest.mark.parametrize('dies', range(1, 15))
+def test_killed_while_it_asks_again_it_ends_as_if_nothing_had_been(tmp_path, dies):
+    whole = Rig(decides=1).investigation(tmp_path / 'whole', rounds=TWICE)
+    whole.run()
+    try:
+        Rig(dies, decides=1).investigation(tmp_path / 'killed', rounds=TWICE).run()
+    except Killed:
+        assert dies <= 12
+    else:
+        assert dies > 12
+    resumed = Rig(decides=1).investigation(tmp_path / 'killed', rounds=TWICE)
+    resumed.run()
+    assert resumed.log.steps == whole.log.steps
+
+
+def test_what_is_recorded_further_puts_other_loads_and_paces_and_changes_no_load_where_the_rig_cannot():
+    once, again = further_protocols(0.2, (0.25, 0.5, 1.0), 0.5, 296.15)
+    assert {one.load for one in once} == {0.25, 0.5, 1.0}
+    assert max(one.sampled().drive.max() for one in (*once, *again)) == 0.2
+    assert all(one not in EXPLORED for one in (*once, *again))
+    assert {one.load for those in further_protocols(0.2, (0.5,), 0.5, 296.15) for one in those} == {0.5}
 
 
 def test_what_is_recorded_first_covers_what_effects_depend_on_and_changes_no_load_where_the_rig_cannot():
