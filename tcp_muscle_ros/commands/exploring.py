@@ -17,17 +17,17 @@ _ABOUT = (0.5, 1.0, 1.5, 2.0)  # times the usual load
 _SWITCHES = (4, 2, 9, 6, 2, 4, 14, 6, 9, 2, 2, 4, 6, 14, 9, 4, 2, 6, 9, 4)  # s, on and off by turns
 _LEVELS = (1.0, 0.65, 0.85)  # of the largest current, by turns
 
-_HEATINGS = ((5.0, 0.0), (25.0, 1.0), (45.0, 0.0), (25.0, 0.8), (45.0, 0.0), (25.0, 0.65), (45.0, 0.0))
-_HOLD = ((8.0, _PROBE), (150.0, 0.9), (70.0, _PROBE))
-_STAIRS = (0.45, 0.7, 0.85, 1.0, 0.85, 0.7, 0.55, 0.75, 0.9, 0.75, 0.55, 0.8, 1.0, 0.7, 0.45)
-_RAMPS = ((5.0, 0.0), *((s, way) for s in (20.0, 50.0) for way in ((0.35, 1.0), (1.0, 0.35))), (45.0, _PROBE))
-_GENTLE_HOLD = ((30.0, _PROBE), (110.0, 0.75), (110.0, _PROBE))
-_CYCLES = ((5.0, 0.0), *((20.0, 1.0), (30.0, 0.0)) * 6)
-_FALLING = ((5.0, 0.0), *((16.0, share) for share in (1.0, 0.8, 0.6, 0.4, 0.7, 0.5, 0.9, 0.6)), (45.0, 0.0))
-_KEPT_BACK = ((5.0, 0.0), (12.0, 0.9), (8.0, 0.5), (20.0, 0.0), (20.0, 0.7), (10.0, 1.0), (45.0, 0.0))
-
-
 _Share = float | tuple[float, float]  # of the largest current; or from one to another
+_Steps = Sequence[tuple[float, _Share]]  # s each
+
+_HEATINGS: _Steps = ((5.0, 0.0), (25.0, 1.0), (45.0, 0.0), (25.0, 0.8), (45.0, 0.0), (25.0, 0.65), (45.0, 0.0))
+_HOLD: _Steps = ((8.0, _PROBE), (150.0, 0.9), (70.0, _PROBE))
+_STAIRS = (0.45, 0.7, 0.85, 1.0, 0.85, 0.7, 0.55, 0.75, 0.9, 0.75, 0.55, 0.8, 1.0, 0.7, 0.45)
+_RAMPS: _Steps = ((5.0, 0.0), *((s, way) for s in (20.0, 50.0) for way in ((0.35, 1.0), (1.0, 0.35))), (45.0, _PROBE))
+_GENTLE_HOLD: _Steps = ((30.0, _PROBE), (110.0, 0.75), (110.0, _PROBE))
+_CYCLES: _Steps = ((5.0, 0.0), *((20.0, 1.0), (30.0, 0.0)) * 6)
+_FALLING: _Steps = ((5.0, 0.0), *((16.0, share) for share in (1.0, 0.8, 0.6, 0.4, 0.7, 0.5, 0.9, 0.6)), (45.0, 0.0))
+_KEPT_BACK: _Steps = ((5.0, 0.0), (12.0, 0.9), (8.0, 0.5), (20.0, 0.0), (20.0, 0.7), (10.0, 1.0), (45.0, 0.0))
 
 
 class _Step(NamedTuple):
@@ -91,7 +91,7 @@ def _load_steps(loads: Sequence[float]) -> list[_Step]:
     return [*cold, *hot, _Step(45.0, _PROBE, loads[0])]
 
 
-def _under(load: float, steps: Sequence[tuple[float, _Share]], current: float, ambient: float) -> Protocol:
+def _under(load: float, steps: _Steps, current: float, ambient: float) -> Protocol:
     return _made([_Step(seconds, share, load) for seconds, share in steps], current, ambient)
 
 
