@@ -220,13 +220,22 @@ def fit(
     prior = np.diag(1.0 / scale)
     along = _Along(problem, known)
 
+    def missed(z: Array) -> Array:
+        return np.concatenate([*along.at(z)[1], (z - centre) / scale])
+
+    # The solver sees both turned alike (the R of a QR decomposition), so that no more rows are left than unknowns and
+    # one: it decomposes its matrix by singular values, which of all samples takes longer than to simulate them.
     def residuals(z: Array) -> Array:
         if progress:
             progress()
-        return np.concatenate([*along.at(z)[1], (z - centre) / scale])
+        turned = np.zeros(z.size + 1)
+        turned[0] = np.linalg.norm(missed(z))
+        return turned
 
     def all_slopes(z: Array) -> Array:
-        return np.vstack([along(z), prior])
+        rows = np.linalg.qr(np.column_stack([missed(z), np.vstack([along(z), prior])]), mode='r')
+        turned: Array = np.copysign(1.0, rows[0, 0]) * rows[:, 1:]
+        return turned
 
     start = centre if z0 is None else z0
     margin = 1e-9 * (1.0 + np.abs(start))

@@ -28,7 +28,7 @@ from tcp_muscle_ros.diagnosis.search.company import (
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised, shrink
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -301,6 +301,8 @@ class _Search:
         self.present = found.fit
         self.contests, self.standing = self.contests | found.contests, self.standing | found.standing
         refuted, without = stand_ins(self.present, self.accepted) if found.contests else ([], self.present)
+        for effect in sorted(self._admitted_instead(refuted) & set(found.contests)):
+            refuted, without = [*refuted, effect], shrink(without, effect)
         self.accepted = [*self.accepted, *found.contests]
         if not found.other_conditions:
             self.kept_back = stretches(self.present.problem)
@@ -312,6 +314,12 @@ class _Search:
             self._confirm()
         self.structure = structures(self.present)
 
+    def _admitted_instead(self, refuted: Sequence[str]) -> set[str]:
+        """What the data admit in the place of an accepted effect that is not refuted: beside it, it takes no more than
+        that one's form leaves."""
+        held = [self.contests[effect] for effect in self.accepted if effect not in refuted]
+        return {r.effect for drop, rivals in held for r in close_rivals(rivals, drop)}
+
     def outcome(self) -> Selection:
         """All that was found, compared under one noise: the final model's."""
         seen = self.accepted or self.eventful
@@ -319,6 +327,8 @@ class _Search:
         chosen = []
         for effect in self.accepted:
             drop, rivals = self.contests[effect]
+            others = set(self.accepted) - {effect}  # what is there by itself stands in no place of another
+            rivals = [r for r in rivals if r.effect not in others]
             chosen.append(Chosen(effect, drop, *self.standing[effect], tuple(rivals)))
         return Selection(
             reference,
