@@ -199,6 +199,16 @@ class _Along:
         return self.matrix
 
 
+def _turned(residual: Array, matrix: Array) -> Array:
+    """The matrix turned as the residual is into the first axis, with one row more than columns, shape (n + 1, n).
+
+    The solver decomposes its matrix by singular values; of all samples that takes longer than to simulate them.
+    """
+    rows = np.asarray(np.linalg.qr(np.column_stack([residual, matrix]), mode='r'))
+    turned: Array = np.copysign(1.0, rows[0, 0]) * rows[:, 1:]
+    return turned
+
+
 def fit(
     problem: Problem,
     z0: Array | None = None,
@@ -223,19 +233,14 @@ def fit(
     def missed(z: Array) -> Array:
         return np.concatenate([*along.at(z)[1], (z - centre) / scale])
 
-    # The solver sees both turned alike (the R of a QR decomposition), so that no more rows are left than unknowns and
-    # one: it decomposes its matrix by singular values, which of all samples takes longer than to simulate them.
+    # The solver sees both turned alike, the residuals along the first axis.
     def residuals(z: Array) -> Array:
         if progress:
             progress()
-        turned = np.zeros(z.size + 1)
-        turned[0] = np.linalg.norm(missed(z))
-        return turned
+        return np.concatenate([[np.linalg.norm(missed(z))], np.zeros(z.size)])
 
     def all_slopes(z: Array) -> Array:
-        rows = np.linalg.qr(np.column_stack([missed(z), np.vstack([along(z), prior])]), mode='r')
-        turned: Array = np.copysign(1.0, rows[0, 0]) * rows[:, 1:]
-        return turned
+        return _turned(missed(z), np.vstack([along(z), prior]))
 
     start = centre if z0 is None else z0
     margin = 1e-9 * (1.0 + np.abs(start))
