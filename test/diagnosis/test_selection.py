@@ -13,10 +13,11 @@ from tcp_muscle_ros.diagnosis.hypothesis.work import Work
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants, with_effect
+from tcp_muscle_ros.diagnosis.search.companions import Companions
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
 from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, prefer, rivals_for
-from tcp_muscle_ros.diagnosis.search.selection import select
+from tcp_muscle_ros.diagnosis.search.selection import _Search, select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -349,3 +350,23 @@ def test_a_draught_that_begins_equally_long_after_each_switch_is_none(softened, 
     rival = Rival('airflow', replace(softened, problem=problem, z=z), 0.0)
     assert switch < min(begins_at)
     assert follows_the_drive(rival) == alike
+
+
+def test_what_the_data_admit_in_the_place_of_a_named_effect_is_not_named_beside_it(monkeypatch):
+    """Radiation, which these recordings hardly tell from moisture that dries: its form leaves some of that."""
+    muscle = TRUE.with_effects('radiation')
+    runs = [experiment(CHANNELS, current, 0.5, k, muscle=muscle) for k, current in enumerate((0.2, 0.24, 0.27))]
+    bare = settle_noise(calibrate(runs, NOMINAL).fit)[0]
+    search = _Search(bare, None, ['radiation', 'moisture', 'natural_convection'], None, 3)
+    search.forward()
+    search.revise()
+    assert search.accepted == ['radiation']
+    beside = rivals_for(search.present, screen(search.present, ['moisture'])[0], None)[0]
+
+    def brings(*_):
+        gain = search.standing['radiation']
+        return Companions(beside.fit, {'moisture': (9.0, [beside])}, {'moisture': gain}, True)
+
+    monkeypatch.setattr('tcp_muscle_ros.diagnosis.search.selection.companions', brings)
+    search.add_companions()
+    assert search.accepted == ['radiation']
