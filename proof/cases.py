@@ -28,6 +28,11 @@ UNLISTED = (
     ('current_stroke', 'self_resonance', 'resistance_jump', 'boiling_film', 'crosstalk', 'cubic_softening'),
     ('seebeck_voltage', 'hunting_supply', 'touching_rail', 'slow_stroke', 'sticky_turns', 'loosening_bead'),
 )
+# Unlisted too, of the kind that a curve over one quantity could describe. No suite draws from it.
+EXPRESSIBLE = (
+    'wicking_coat', 'reorganising_crystals', 'percolating_coat',
+    'reentrant_phase', 'gelling_resin', 'relaxing_untwist',
+)  # fmt: skip
 DECOYS = ('wrong_parameters', 'coloured_noise', *SENSORS)
 BASE = ('R0', 'a_R', 'C', 'hA', 'k0', 'H0', 'B')  # the parameters that a muscle has for itself
 

@@ -4,7 +4,7 @@ Each effect is one function: it draws its numbers for a strength between 0 (bare
 ranges of the catalogue in physics.md part 2 (a little below 0: weaker than these), and says how the bench is changed.
 An effect has three forms, none of them the catalogue's own: the first is for development, the second for the sealed
 suite, the third for another development suite, so that what is tuned is not tuned on one form alone. An effect that no
-catalogue holds has one form and belongs to one suite.
+catalogue holds has one form and belongs to one suite at most.
 """
 
 from collections.abc import Callable

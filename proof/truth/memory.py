@@ -35,6 +35,9 @@ def remembered(p: Plant, s: State, m: Arrays) -> float:
     if p.branch > 0:
         _branch(p, s, dT)
         inside += s.branch
+    if p.surge != 0.0:
+        s.surge = (s.surge + dT) * math.exp(-s.h / p.surge_tau)
+        inside -= p.surge * s.surge
     return inside + _frozen(p, s, m)
 
 

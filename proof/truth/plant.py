@@ -143,6 +143,8 @@ class Plant(NamedTuple):
     rail_link: float = 0.0  # W/K from the muscle to a rail that it touches
     rail_mass: float = 1.0  # J/K
     rail_loss: float = 0.01  # W/K from the rail to the room
+    surge: float = 0.0  # m/K, contraction with a change of temperature that is soon forgotten
+    surge_tau: float = 20.0  # s
 
 
 # The columns of what `run` returns.

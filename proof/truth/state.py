@@ -22,8 +22,8 @@ _NUMBERS = (
     *('order', 'wet', 'heat_to_come'),
     # what the length remembers (m, or shares)
     *('slipped', 'flowed', 'turned', 'duhem', 'phase', 'branch', 'leaning', 'peak', 'fixed_from', 'dose'),
-    # a stroke that rings, and a damper that relaxes
-    *('ring', 'ring_v', 'damped'),
+    # a stroke that rings, a damper that relaxes, and the changes of temperature that are not yet forgotten (K)
+    *('ring', 'ring_v', 'damped', 'surge'),
 )
 STATE = np.dtype([*((name, np.float64) for name in _NUMBERS), ('first', np.bool_), ('ring_on', np.bool_)])
 State = Any  # a record of STATE

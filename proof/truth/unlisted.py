@@ -1,6 +1,7 @@
 """Effects that are in no catalogue: what a diagnosis should notice and must not call by a listed name."""
 
 import numpy as np
+from scipy.special import expit
 
 from proof.truth.bench import Bench
 from proof.truth.concealed import Draw, Outcome, effect
@@ -169,3 +170,62 @@ def loosening_bead(d: Draw) -> Outcome:
         b.loosening = share / b.body.H0
 
     return {'share': share}, change
+
+
+# --- in no suite: each could be written as a smooth curve over one quantity at one stage ---
+
+
+@effect('wicking_coat', 'thermal', ('bump_over_rise',), ('hold', 'staircase', 'paper'), listed=False)
+def wicking_coat(d: Draw) -> Outcome:
+    """A waxy coat melts and fills the gaps between the filaments, so that more heat gets out; hotter, it drains."""
+    share, at, width = d.between(0.04, 0.3), d.any(24.0, 31.0), d.any(7.0, 9.0)
+    # the table is over the rise above the room
+    factor = 1.0 + share * np.exp(-(((T_GRID - at) / width) ** 2) / 2.0)
+    return {'share': share, 'theta': at, 'width': width}, lambda b: b.scale('loss', factor)
+
+
+@effect('reorganising_crystals', 'thermal', ('dip_and_peak',), ('prbs', 'paper', 'rates'), listed=False)
+def reorganising_crystals(d: Draw) -> Outcome:
+    """Small crystals gain order before they melt: the heat that it gives, then takes, is a dip of C and a peak."""
+    share, at, width = d.between(0.06, 0.5), d.any(60.0, 66.0), d.any(5.0, 6.0)
+    apart = d.any(16.0, 19.0)  # K from the dip to the peak, which give and take the same heat
+    peak, dip = (np.exp(-(((T_GRID - middle) / width) ** 2) / 2.0) for middle in (at, at - apart))
+    return {'share': share, 'at': at, 'width': width, 'apart': apart}, lambda b: b.scale(
+        'capacity', 1.0 + share * (peak - dip)
+    )
+
+
+@effect('percolating_coat', 'electrical', ('falls_then_recovers',), ('hold', 'hold_loads', 'staircase'), listed=False)
+def percolating_coat(d: Draw) -> Outcome:
+    """A filled coat beside the silver conducts the better the warmer, until its swelling parts the grains: R has a knee
+    (a minimum, if that is strong), above which it climbs back to that of the silver alone."""
+    share, at = d.between(0.005, 0.03), d.any(53.0, 62.0)
+    conducts = np.exp((T_GRID - at) / d.any(4.5, 6.0)) * expit((at - T_GRID) / 1.5)
+    conducts /= conducts.max()
+    return {'share': share, 'at': at}, lambda b: b.scale('rho', 1.0 / (1.0 + share * conducts))
+
+
+@effect('reentrant_phase', 'mechanical', ('comes_and_goes',), ('paper', 'staircase', 'hold_loads'), listed=False)
+def reentrant_phase(d: Draw) -> Outcome:
+    """Between two temperatures the chains pack in another way, which is longer: contraction is behind there, and
+    recovers where that packing goes again."""
+    longer, at, band = d.between(0.4e-3, 6e-3), d.any(42.0, 50.0), d.any(14.0, 20.0)  # m, degC, K
+    packed = expit((T_GRID - at) / 2.5) - expit((T_GRID - at - band) / 2.5)
+    packed -= np.interp(d.body.T0, T_GRID, packed)
+    return {'longer': longer, 'at': at, 'band': band}, lambda b: b.set(free=b.plant.free + longer * packed)
+
+
+@effect('gelling_resin', 'mechanical', ('bump_over_temperature',), ('hold_loads', 'load_steps_hot'), listed=False)
+def gelling_resin(d: Draw) -> Outcome:
+    """A resin between the filaments sets to a gel when warm and flows when hot: in between, the spring is stiffer."""
+    share, at, width = d.between(0.008, 0.15), d.any(46.0, 58.0), d.any(6.0, 9.0)
+    factor = 1.0 + share * np.exp(-(((T_GRID - at) / width) ** 2) / 2.0)
+    return {'share': share, 'at': at, 'width': width}, lambda b: b.scale('soft', factor)
+
+
+@effect('relaxing_untwist', 'mechanical', ('one_pole',), ('load_steps_hot', 'hold_loads'), listed=False)
+def relaxing_untwist(d: Draw) -> Outcome:
+    """A part of the untwist is carried by chains that slip: with each change of temperature the stroke overshoots, and
+    comes back within a fraction of a minute, warm or cold and whatever the load."""
+    gain, tau = d.between(1.2e-5, 2.2e-4), d.any(10.0, 30.0)  # m/K, s
+    return {'gain': gain, 'tau': tau}, lambda b: b.set(surge=gain, surge_tau=tau)

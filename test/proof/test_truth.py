@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from proof.cases import PHYSICS, SENSORS, SUITES, UNLISTED
+from proof.cases import EXPRESSIBLE, PHYSICS, SENSORS, SUITES, UNLISTED
 from proof.protocols import Lab, Step, build, draw_lab, experiment
 from proof.truth import EFFECTS, Bench, Body, Signals, conceal, observe
-from proof.truth.body import weight
+from proof.truth.body import free_change, modulus_ratio, weight
 from proof.truth.plant import CURRENT, POWER, VOLTAGE
 from proof.truth.stepping import Stepping
 
 PROOF = Path(__file__).parents[2] / 'proof'
 CONCEALED = [*PHYSICS, *SENSORS]
-ALL = [*CONCEALED, 'contact_resistance', *(name for group in UNLISTED for name in group)]
+ALL = [*CONCEALED, 'contact_resistance', *(name for group in UNLISTED for name in group), *EXPRESSIBLE]
 NOISE = {'temperature': 0.2, 'resistance': 0.02, 'displacement': 5e-5, 'drive': 1e-3}
 
 
@@ -121,8 +121,9 @@ def test_every_effect_that_a_suite_conceals_has_a_form_for_each_suite():
         assert len(forms) == len(SUITES), name
         assert len(set(forms)) == (2 if name.endswith('_offset') else 3), name
     for name, entry in EFFECTS.items():
-        assert entry.listed == (not any(name in group for group in UNLISTED)), name
-    assert len({name for group in UNLISTED for name in group}) == sum(len(group) for group in UNLISTED)
+        assert entry.listed == (not any(name in group for group in (*UNLISTED, EXPRESSIBLE))), name
+    unlisted = [name for group in (*UNLISTED, EXPRESSIBLE) for name in group]
+    assert len(set(unlisted)) == len(unlisted)
 
 
 @pytest.mark.parametrize(('name', 'form'), [(name, k) for name in ALL for k in range(len(EFFECTS[name].forms))])
@@ -144,6 +145,63 @@ def test_every_effect_acts_and_grows_with_its_strength(name, form):
 def sizes_of(seen: Signals, plain: Signals) -> list[float]:
     """Root mean squares of what differs, in units of the noise."""
     return [float(np.sqrt(np.mean((getattr(seen, c) - getattr(plain, c)) ** 2))) / NOISE[c] for c in NOISE]
+
+
+OWN = {'electrical': 'resistance', 'thermal': 'temperature', 'mechanical': 'displacement'}
+
+
+@pytest.mark.parametrize('name', EXPRESSIBLE)
+def test_a_law_of_one_quantity_is_seen_in_the_channel_of_its_stage(name):
+    rng = np.random.default_rng(3)
+    lab = draw_lab(rng, Body(), plain=True)
+    own = OWN[EFFECTS[name].stage]
+    for protocol in EFFECTS[name].shown_by:
+        done = experiment(lab, protocol, rng)
+        plain = getattr(observe(Bench.of(Body()), done), own)
+        weak, strong = (
+            np.abs(getattr(observe(changed(name, strength), done), own) - plain).max() for strength in (0.2, 1.0)
+        )
+        # from what noise does not hide to what is still no other muscle
+        assert 3.0 * NOISE[own] < weak < strong < 0.25 * np.ptp(plain), protocol
+        assert strong > 15.0 * NOISE[own], protocol
+
+
+@pytest.mark.parametrize('name', EXPRESSIBLE)
+def test_a_law_of_one_quantity_changes_its_own_stage_alone(name):
+    """What a stage makes of what comes from the stage before it is as in the bare muscle, in all stages but one."""
+    # the power is given, so a changed resistance heats no other way
+    done = steps(*(step for F in (0.3, 1.0) for step in (Step(30.0, 0.26, F), Step(30.0, 0.1, F))), kind=POWER)
+    body = Body()
+    plain, seen = observe(Bench.of(body), done), observe(changed(name, 1.0), done)
+    T, before = seen.temperature, np.append(done.load[0], done.load[:-1])  # a load acts after its tick
+    resistance = body.R0 * (1.0 + body.a_R * (T - body.T0))
+    displacement = (done.load[0] - before / modulus_ratio(T)) / body.k0 - free_change(body, T)
+    off = {
+        'electrical': np.abs(seen.resistance - resistance).max() / NOISE['resistance'],
+        'thermal': np.abs(T - plain.temperature).max() / NOISE['temperature'],
+        'mechanical': np.abs(seen.displacement - displacement).max() / NOISE['displacement'],
+    }
+    assert off.pop(EFFECTS[name].stage) > 15.0
+    assert max(off.values()) < 1e-2, off
+
+
+@pytest.mark.parametrize('name', EXPRESSIBLE)
+def test_a_law_of_one_quantity_whose_size_goes_to_nothing_is_the_bare_muscle(name):
+    """At strength 0 an effect is barely visible; far below, nothing of it is left: no offset that goes with the law."""
+    done = steps(Step(20.0, 0.25, 0.5), Step(20.0, 0.1, 1.0), Step(20.0, 0.0, 0.3))
+    assert max(sizes_of(observe(changed(name, -60.0), done), observe(Bench.of(Body()), done))) < 1e-6
+
+
+def test_a_stroke_that_overshoots_comes_back_to_where_it_would_have_gone():
+    bench = Bench.of(Body())
+    bench.set(surge=1e-4, surge_tau=15.0)
+    done = steps(Step(200.0, 0.25, 0.6), Step(200.0, 0.0, 0.6))
+    beyond = observe(bench, done).displacement - observe(Bench.of(Body()), done).displacement
+    hot, cold = beyond[done.time < 200.0], beyond[done.time >= 200.0]
+    assert hot.max() > 5e-4
+    assert cold.min() < -5e-4
+    for end in (hot, cold):
+        assert abs(end[-1]) < NOISE['displacement'] / 10.0
 
 
 @pytest.mark.parametrize('name', CONCEALED)
