@@ -174,6 +174,8 @@ def _what(
         return [what], {}, ('sensor_or_setup', *_quiet(what))
     if kind == 'unlisted':
         return [what], {}, ('unexplained',)
+    if kind == 'beside':  # an unlisted effect beside a listed one
+        return what.split('+'), {}, ('missing_physics', 'unexplained')
     count = {'single': 1, 'double': 2, 'triple': 3}[kind]
     names = [what] if kind == 'single' else [str(n) for n in rng.choice(PHYSICS, count, replace=False)]
     return names, {}, ('missing_physics',)

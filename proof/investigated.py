@@ -29,6 +29,7 @@ from proof import alternatives
 from proof.cases import PHYSICS, Case, make_case, signals_of
 from proof.generate import _plain, label, write_recording
 from proof.protocols import experiment
+from proof.prove import commit, machine
 from proof.score import Answer, exact, gap_closed, matched, wilson
 from proof.tool import HELD_OUT, REPORT, diagnose_case, users_errors
 from proof.truth import Experiment, observe
@@ -304,8 +305,9 @@ def document(results: Sequence[Mapping[str, Any]], command: str) -> str:
     lines = [
         '# What investigate finds, beside other recordings',
         '',
-        f'Made by `{command}` on {date.today()}: {counts["single"]} muscles with one concealed effect, '
-        f'{counts["double"]} with two; an investigation took {seconds:.0f} s of processor time (median).',
+        f'Made by `{command}` on {date.today()}, revision {commit()}, on {machine()}:',
+        f'{counts["single"]} muscles with one concealed effect, {counts["double"]} with two; an investigation took',
+        f'{seconds:.0f} s of processor time (median).',
         '',
         'Muscles, instruments (noise, quantisation, losses; 20 Hz) and effects are those of the truth generator',
         f"(`proof/truth/`, suite `{SUITE}`). Every effect can be seen in the book's recordings. Each muscle is",

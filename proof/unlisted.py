@@ -1,0 +1,235 @@
+"""What is said of physics that no catalogue holds: alone, beside a listed effect, and where there is none.
+
+python -m proof.unlisted --output DIR [--alone 120 --beside 60 --listed 60] [--document docs/unlisted_table.md]
+
+``alone``: muscles with one unlisted effect, of all forms that the generator has. ``beside``: one unlisted and one
+listed effect. ``listed``: one listed effect in the sealed suite's form, which no law without a name should replace.
+Each is recorded, diagnosed, and its muscle handed on to a recording that no method was given, as in proof.prove;
+beside it stand the recalibrated muscle and the best listed effects (``whiteness_bic``). Goes on case by case where it
+was stopped.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from datetime import date
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from proof import alternatives
+from proof.cases import EXPRESSIBLE, PHYSICS, UNLISTED, make_case
+from proof.generate import _plain, write_case
+from proof.prove import DIAGNOSIS, Proof, _guarded, commit, machine
+from proof.score import Answer, flagged, held_out_error, named, wilson
+from proof.tool import HELD_OUT, REPORT
+from tcp_muscle_ros.diagnosis.observation.observe import MOST
+
+ALONE, BESIDE, LISTED = 'alone', 'beside', 'listed'
+GROUPS = (ALONE, BESIDE, LISTED)
+COUNTS = {ALONE: 120, BESIDE: 60, LISTED: 60}
+SUITE = {ALONE: 'varied', BESIDE: 'varied', LISTED: 'sealed'}  # of the forms that listed effects take
+OLD = tuple(name for pool in UNLISTED for name in pool)
+# Those that one continuous law at one stage, of one of the drivers that the package's free laws know, can be.
+CONTINUOUS = (*EXPRESSIBLE, 'boiling_film', 'cubic_softening', 'slow_stroke', 'touching_rail')
+OTHERS = ('recalibration', 'whiteness_bic')
+LEFT = 1.0  # noises: the error of a prediction that is right
+REACH = 1.5  # noises, that a recalibrated muscle must miss for there to be a gap
+
+
+def wanted(group: str, count: int, seed: int) -> list[tuple[str, str]]:
+    """(kind, what) of each case of a group; every unlisted effect, and every listed one, as often as any other."""
+    rng = np.random.default_rng([seed, GROUPS.index(group)])
+
+    def turns(names: Sequence[str]) -> list[str]:
+        rounds = [rng.permutation(names) for _ in range(-(-count // len(names)))]
+        return [str(name) for name in np.concatenate(rounds)[:count]]
+
+    if group == ALONE:
+        return [('unlisted', name) for name in turns((*OLD, *EXPRESSIBLE))]
+    if group == LISTED:
+        return [('single', name) for name in turns(PHYSICS)]
+    return [('beside', f'{one}+{other}') for one, other in zip(turns(PHYSICS), turns(CONTINUOUS), strict=True)]
+
+
+class Group:
+    """The cases of one group in a folder."""
+
+    def __init__(self, folder: Path, group: str, count: int, seed: int, jobs: int) -> None:
+        self.group, self.count, self.seed = group, count, seed
+        self.proof = Proof('varied', count, seed, folder / group, jobs, MOST)
+
+    def run(self) -> None:
+        """Record, diagnose and compare what is not done."""
+        self._write()
+        self.proof.diagnose()
+        left = [
+            label
+            for label in self.labels
+            if not all((self.proof.reports / name / label['case'] / HELD_OUT).is_file() for name in OTHERS)
+        ]
+        self.proof._each('compare', left, partial(_compare, self.proof.bags, self.proof.reports, self.proof.unseen))
+
+    def _write(self) -> None:
+        if self.proof.labels.is_file():
+            return
+        labels = []
+        for number, (kind, what) in enumerate(wanted(self.group, self.count, self.seed)):
+            case = make_case(SUITE[self.group], self.seed, number, kind, what)
+            labels.append(write_case(case, self.proof.bags, self.proof.unseen))
+        text = json.dumps({'seed': self.seed, 'cases': labels}, indent=1, default=_plain)
+        self.proof.labels.write_text(text + '\n', encoding='utf-8')
+
+    @property
+    def labels(self) -> list[dict[str, Any]]:
+        """What is true of each case."""
+        found: list[dict[str, Any]] = json.loads(self.proof.labels.read_text(encoding='utf-8'))['cases']
+        return found
+
+    def answers(self) -> list[Answer]:
+        """Those of the cases that are diagnosed and compared, of effects that can be seen."""
+        found = []
+        for label in self.labels if self.proof.labels.is_file() else []:
+            reports = {name: self.proof.reports / name / label['case'] for name in (DIAGNOSIS, *OTHERS)}
+            if not all((folder / HELD_OUT).is_file() for folder in reports.values()):
+                continue
+            errors = {name: _json(folder / HELD_OUT) for name, folder in reports.items()}
+            answer = Answer(label, _json(reports[DIAGNOSIS] / REPORT), errors[DIAGNOSIS], errors)
+            if len(answer.truth) == len(label['effects']):
+                found.append(answer)
+        return found
+
+
+def _compare(bags: Path, reports: Path, unseen: Path, label: dict[str, Any]) -> str | None:
+    case = label['case']
+    return _guarded(case, lambda: alternatives.run(bags / case, reports, label, unseen, OTHERS))
+
+
+def _json(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
+    return content
+
+
+def without_name(answer: Answer) -> list[dict[str, Any]]:
+    """The findings that are laws without a name."""
+    return [finding for finding in answer.findings if finding.get('unlisted')]
+
+
+def said_unlisted(answer: Answer) -> bool:
+    """Is it said that something is there which no name explains?"""
+    return flagged(answer) or bool(without_name(answer))
+
+
+def in_stage(answer: Answer) -> bool:
+    """Does what has no name stand in the stage of the effect that has none?"""
+    stages = {e['stage'] for e in answer.label['effects'] if e['effect'] not in PHYSICS}
+    left = (answer.report or {}).get('unexplained')
+    return bool(stages & {*(f['stage'] for f in without_name(answer)), *([left.get('stage')] if left else [])})
+
+
+def both_told(answer: Answer) -> bool:
+    """Is the listed effect named and nothing else, and the rest in a law without a name?"""
+    (listed,) = (e['effect'] for e in answer.label['effects'] if e['effect'] in PHYSICS)
+    names = [finding for finding in answer.findings if not finding.get('unlisted')]
+    return len(names) == 1 and listed in named(names[0]) and bool(without_name(answer))
+
+
+def closed(answer: Answer, way: str) -> float | None:
+    """The share of the gap between the recalibrated muscle and the noise that a way closes on unseen data; None where
+    there is hardly any."""
+    before, after = (held_out_error(answer, answer.limits[name]) for name in ('recalibration', way))
+    return (before - after) / (before - LEFT) if before and after and before > REACH else None
+
+
+def document(groups: dict[str, list[Answer]], seed: int) -> str:
+    """The tables as Markdown."""
+    alone, beside, listed = (groups[group] for group in GROUPS)
+    continuous = [a for a in alone if a.label['what'] in CONTINUOUS]
+    lines = [
+        '# Physics that no catalogue holds',
+        '',
+        f'Made by `python -m proof.unlisted --output DIR` (seed {seed}) on {date.today()}, revision {commit()}, on',
+        f'{machine()}. Effects, instruments and recordings are those of the truth generator (`proof/truth/`). Cases',
+        'count in which all that is concealed can be seen. Rates with their 95 % interval (Wilson).',
+        '',
+        '| | aim | reached |',
+        '|---|---|---|',
+        _row('an unlisted effect is flagged', '90 %', alone, said_unlisted),
+        _row('a listed name is given instead', 'at most 25 %', alone, lambda a: bool(a.physics)),
+        _row('what has no name stands in the right stage', '80 %', alone, in_stage),
+        _row(
+            'with a listed effect beside it: that one named, the rest a law without a name', '60 %', beside, both_told
+        ),
+        _row('a listed effect alone, in a form not tuned on: a law without a name', 'at most 10 %', listed, _instead),
+        '',
+        'On a recording that no method was given, over the effects that one continuous law can express: the share',
+        'of the gap that is closed between the recalibrated muscle (0) and the noise of the instruments (1), where the',
+        f'recalibrated muscle misses more than {REACH:g} times the noise.',
+        '',
+        '| | median | 10th percentile | of |',
+        '|---|---|---|---|',
+        *(
+            _gaps(name, continuous, way)
+            for name, way in (
+                ('aim', ''),
+                ('diagnosis', DIAGNOSIS),
+                ('best listed effects (whiteness and BIC)', 'whiteness_bic'),
+            )
+        ),
+        '',
+        '| concealed | cases | flagged | in its stage | a listed name instead | said |',
+        '|---|---|---|---|---|---|',
+    ]
+    for name in (*OLD, *EXPRESSIBLE):
+        mine = [a for a in alone if a.label['what'] == name]
+        if mine:
+            counts = [sum(test(a) for a in mine) for test in (said_unlisted, in_stage, lambda a: bool(a.physics))]
+            said = ', '.join(sorted({f['effect'] for a in mine for f in a.findings}))
+            lines.append(f'| {name} | {len(mine)} | {" | ".join(map(str, counts))} | {said or "no finding"} |')
+    return '\n'.join(lines) + '\n'
+
+
+def _instead(answer: Answer) -> bool:
+    return bool(without_name(answer))
+
+
+def _row(name: str, aim: str, answers: Sequence[Answer], test: Callable[[Answer], bool]) -> str:
+    hits, n = sum(test(a) for a in answers), len(answers)
+    low, high = wilson(hits, n)
+    return f'| {name} | {aim} | {hits}/{n} ({100 * low:.0f} to {100 * high:.0f} %) |'
+
+
+def _gaps(name: str, answers: Sequence[Answer], way: str) -> str:
+    if not way:
+        return f'| {name} | 0.85 | 0.50 | |'
+    found = [share for a in answers if (share := closed(a, way)) is not None]
+    cells = f'{np.median(found):.2f} | {np.percentile(found, 10):.2f}' if found else '- | -'
+    return f'| {name} | {cells} | {len(found)} |'
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(prog='python -m proof.unlisted', description=__doc__.splitlines()[0])
+    parser.add_argument('--output', type=Path, required=True)
+    parser.add_argument('--seed', type=int, default=23)
+    parser.add_argument('--jobs', type=int, default=2)
+    for group in GROUPS:
+        parser.add_argument(f'--{group}', type=int, default=COUNTS[group], metavar='N', help='cases (%(default)s)')
+    parser.add_argument('--document', type=Path, help='write the tables of what is done so far')
+    parser.add_argument('--only-document', action='store_true', help='diagnose nothing more')
+    chosen = parser.parse_args(arguments)
+    groups = [Group(chosen.output, group, getattr(chosen, group), chosen.seed, chosen.jobs) for group in GROUPS]
+    for group in () if chosen.only_document else groups:
+        group.run()
+    text = document({group.group: group.answers() for group in groups}, chosen.seed)
+    print(text)
+    if chosen.document:
+        chosen.document.write_text(text, encoding='utf-8')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
