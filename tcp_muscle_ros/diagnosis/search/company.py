@@ -162,11 +162,16 @@ def confirm(
         bare = shrink(present, effect)
         gain, looked_at = confirmation(bare, present)
         apart = stands_apart(effect, present, accepted)
-        # What a swing leaves of itself hides what it took.
-        fits_in = effect in (strongest, present.problem.model.roles.swings) or good_company(
-            calibrated, bare, present, present.problem.policy.of_rest, apart=apart
+        # What a swing leaves of itself weighs little, and hides what it took: of the folds that then still differ, most
+        # show none. All of them were asked when it was picked.
+        swings = effect == present.problem.model.roles.swings
+        holds = gain.plain if swings else gain.holds
+        fits_in = (
+            swings
+            or effect == strongest
+            or good_company(calibrated, bare, present, present.problem.policy.of_rest, apart=apart)
         )
-        if gain.holds and fits_in and begins(Rival(effect, present, penalised(present))):
+        if holds and fits_in and begins(Rival(effect, present, penalised(present))):
             standing[effect] = gain, largest_share(calibrated, bare, present)
             other_conditions &= looked_at[0].whole is not None
         else:
