@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 _GENTLER = 0.9  # times the current, again and again, until a protocol is allowed
 _GENTLEST = 0.3
+_OFTEN = 2  # that a proposed experiment is played
 _MATCHES = ('match', 'wrong_parameters')
 
 
@@ -213,8 +214,18 @@ class Investigation:
         spent = self._beyond(protocol)
         if spent:
             self._end(spent)
+        elif self._played(protocol) >= _OFTEN:
+            self._ask_again(
+                {**last, 'decided': f'the proposed experiment was played {_OFTEN} times, and decides no more'}
+            )
         else:
             self._record('run', f'run_{number}', protocol)
+
+    def _played(self, protocol: Played) -> int:
+        """How often this protocol was played."""
+        wanted = render(protocol)
+        paths = [self._folder / 'protocols' / f'{run["name"]}.yaml' for run in self.log.of('run')]
+        return sum(path.read_text(encoding='utf-8') == wanted for path in paths)
 
     def _beyond(self, protocol: Played) -> str:
         """Which budget a protocol would pass, beside the run that is to be kept back; '' where none."""

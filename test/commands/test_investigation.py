@@ -35,10 +35,11 @@ class Killed(BaseException):
 
 class Rig:
     """What records and diagnoses, and is killed before or after the step ``dies``. The third report decides; what is
-    named then, each report says after the count of its bags in ``says``."""
+    named then, each report says after the count of its bags in ``says``. It proposes something new each time, or
+    ``always`` the same."""
 
-    def __init__(self, dies=None, decides=3, says=None):
-        self.dies, self.decides, self.says, self.steps = dies, decides, says or {}, 0
+    def __init__(self, dies=None, decides=3, says=None, always=False):
+        self.dies, self.decides, self.says, self.always, self.steps = dies, decides, says or {}, always, 0
 
     def _step(self, work):
         self.steps += 1
@@ -56,7 +57,8 @@ class Rig:
     def diagnose(self, bags, report):
         assert all(bag.is_dir() for bag in bags)
         self._step(report.mkdir)
-        (report / 'next.yaml').write_text(render(replace(FIRST, repeat=1)))
+        room = FIRST.ambient if self.always else FIRST.ambient + 0.01 * len(bags)
+        (report / 'next.yaml').write_text(render(replace(FIRST, ambient=room)))
         over = len(bags) >= self.decides
         return {
             'verdict': 'missing_physics',
@@ -113,6 +115,15 @@ def test_an_answer_that_changes_is_asked_for_once_more_as_far_as_rounds_and_budg
     short = Rig(decides=1).investigation(tmp_path / 'short', poor, rounds=TWICE)
     short.run()
     assert [step['step'] for step in short.log.steps] == ['run', 'diagnosis', 'end', 'kept_back']
+
+
+def test_an_experiment_that_decides_nothing_is_played_twice_and_then_something_else_is_asked(tmp_path):
+    made = Rig(decides=99, always=True).investigation(tmp_path, rounds=((EXPLORED[1],), (EXPLORED[2],)))
+    made.run()
+    played = [(tmp_path / 'protocols' / f'{one["name"]}.yaml').read_text() for one in made.log.of('run')]
+    assert played.count(render(FIRST)) == 2
+    assert len(made.log.of('ask_again')) == 1
+    assert 'played 2 times' in made.log.of('end')[0]['why']
 
 
 @pytest.mark.parametrize('dies', range(1, 15))
