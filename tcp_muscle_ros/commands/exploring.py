@@ -13,7 +13,7 @@ from tcp_muscle_ros.recording.protocol import Protocol, Ramp, Segment
 
 RATE = 20.0  # Hz
 _PROBE = 0.05  # of the largest current: enough for the resistance, too little to heat
-_ABOUT = (0.5, 1.0, 1.5, 2.0)  # times the usual load
+_ABOUT = (0.25, 0.5, 1.0, 2.0)  # times the usual load: under the least, coils that touch show
 _SWITCHES = (4, 2, 9, 6, 2, 4, 14, 6, 9, 2, 2, 4, 6, 14, 9, 4, 2, 6, 9, 4)  # s, on and off by turns
 _LEVELS = (1.0, 0.65, 0.85)  # of the largest current, by turns
 
@@ -37,7 +37,7 @@ class _Step(NamedTuple):
 
 
 def loads_about(load: float, available: Sequence[float]) -> tuple[float, ...]:
-    """The loads (N) of an exploration, lightest first: those that there are, or half to twice the usual one."""
+    """The loads (N) of an exploration, lightest first: those that there are, or a quarter to twice the usual one."""
     usable = [one for one in available if one <= max(_ABOUT) * load]
     return tuple(sorted(usable or (round(share * load, 4) for share in _ABOUT)))
 

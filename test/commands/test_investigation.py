@@ -158,7 +158,7 @@ def test_what_is_recorded_first_covers_what_effects_depend_on_and_changes_no_loa
     by_hand = first_protocols(0.2, (0.5,), 0.5, 296.15)
     assert len(by_hand) > 2
     assert all(set(one.sampled().load) == {0.5} for one in by_hand)
-    assert loads_about(0.6, ()) == (0.3, 0.6, 0.9, 1.2)
+    assert loads_about(0.6, ()) == (0.15, 0.3, 0.6, 1.2)
     assert loads_about(0.6, (0.9, 0.4, 3.0)) == (0.4, 0.9)
 
 
