@@ -36,7 +36,7 @@ def changed(name: str, strength: float, form: int = 0, seed: int = 5, **body: fl
 # What runs and judges the package; nothing of it may reach what makes recordings and labels.
 KNOWS_THE_PACKAGE = {
     *('tool', 'gate', 'mutate', 'alternatives', 'whiteness', 'sparse', 'black_box', 'document', 'prove'),
-    *('evidence', 'investigated', 'probability', 'truth_node'),
+    *('evidence', 'investigated', 'nameless', 'probability', 'truth_node'),
 }
 
 

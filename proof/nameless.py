@@ -1,6 +1,6 @@
 """What is said of physics that no catalogue holds: alone, beside a listed effect, and where there is none.
 
-python -m proof.unlisted --output DIR [--alone 120 --beside 60 --listed 60] [--document docs/unlisted_table.md]
+python -m proof.nameless --output DIR [--alone 120 --beside 60 --listed 60] [--document docs/nameless_table.md]
 
 ``alone``: muscles with one unlisted effect, of all forms that the generator has. ``beside``: one unlisted and one
 listed effect. ``listed``: one listed effect in the sealed suite's form, which no law without a name should replace.
@@ -151,7 +151,7 @@ def document(groups: dict[str, list[Answer]], seed: int) -> str:
     lines = [
         '# Physics that no catalogue holds',
         '',
-        f'Made by `python -m proof.unlisted --output DIR` (seed {seed}) on {date.today()}, revision {commit()}, on',
+        f'Made by `python -m proof.nameless --output DIR` (seed {seed}) on {date.today()}, revision {commit()}, on',
         f'{machine()}. Effects, instruments and recordings are those of the truth generator (`proof/truth/`). Cases',
         'count in which all that is concealed can be seen. Rates with their 95 % interval (Wilson).',
         '',
@@ -212,7 +212,7 @@ def _gaps(name: str, answers: Sequence[Answer], way: str) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """The command."""
-    parser = argparse.ArgumentParser(prog='python -m proof.unlisted', description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog='python -m proof.nameless', description=__doc__.splitlines()[0])
     parser.add_argument('--output', type=Path, required=True)
     parser.add_argument('--seed', type=int, default=23)
     parser.add_argument('--jobs', type=int, default=2)

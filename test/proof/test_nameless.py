@@ -3,9 +3,9 @@
 import pytest
 
 from proof.cases import EXPRESSIBLE, PHYSICS, make_case
+from proof.nameless import ALONE, BESIDE, CONTINUOUS, LISTED, OLD, both_told, closed, document, in_stage, wanted
+from proof.nameless import said_unlisted as said
 from proof.score import Answer
-from proof.unlisted import ALONE, BESIDE, CONTINUOUS, LISTED, OLD, both_told, closed, document, in_stage, wanted
-from proof.unlisted import said_unlisted as said
 
 
 def answer(truth, findings, unexplained=None, missed=None):
