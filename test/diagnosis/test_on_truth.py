@@ -13,7 +13,9 @@ from tcp_muscle_ros.diagnosis.fitting.slips import slipped
 from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.diagnosis.search.candidates import screen
-from tcp_muscle_ros.diagnosis.search.rivals import rivals_for
+from tcp_muscle_ros.diagnosis.search.company import confirm
+from tcp_muscle_ros.diagnosis.search.holdout import Gain, stretches
+from tcp_muscle_ros.diagnosis.search.rivals import begins, rivals_for
 from tcp_muscle_ros.muscle import Parameters
 
 NOMINAL = Parameters.named('karami_tadesse_2017')
@@ -95,6 +97,27 @@ def test_one_swing_above_the_unloaded_length_does_not_spoil_the_phase_of_the_oth
     assert values['inertia.b', None] == pytest.approx(1.0, abs=0.01)
     assert values['inertia.zeta', None] == pytest.approx(0.03, abs=0.006)
     assert values['inertia.q', None] > 0.9
+
+
+@pytest.mark.slow
+def test_a_swing_is_not_dropped_because_recordings_that_hardly_show_it_outvote_the_others(tmp_path, monkeypatch):
+    """What a swing leaves weighs little once it is found; the votes are those of nine recordings, two of which showed
+    one. Any other effect goes."""
+
+    def one_alone(case):
+        case.experiments = case.experiments[1:2]
+
+    calibrated = in_turn(calibrate(recorded(tmp_path, 361, 'double', '', 1009, change=one_alone), NOMINAL).fit)
+    outvoted = Gain(total=863.0, chance=115.0, scatter=410.0, folds=0.5, say=7)
+    assert outvoted.fails and outvoted.plain and not outvoted.holds
+    monkeypatch.setattr(
+        'tcp_muscle_ros.diagnosis.search.company.confirmation', lambda _, after: (outvoted, stretches(after.problem))
+    )
+    for effect, kept in (('inertia', ['inertia']), ('friction', [])):
+        (rival,) = rivals_for(calibrated, screen(calibrated, [effect])[0], None)
+        assert begins(rival), effect
+        _, accepted, _, _ = confirm(rival.fit, [effect], {effect: (100.0, [rival])}, calibrated)
+        assert accepted == kept
 
 
 @pytest.mark.slow
