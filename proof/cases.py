@@ -106,13 +106,13 @@ def composition(suite: str, cases: int, seed: int, kinds: Sequence[str] = tuple(
     }
     wanted: list[tuple[str, str]] = []
     for kind, count in counts.items():
-        names = _rounds(rng, pools[kind], count) if kind in pools else [''] * count
+        names = in_turns(rng, pools[kind], count) if kind in pools else [''] * count
         wanted += [(kind, name) for name in names]
     rng.shuffle(wanted)
     return [(str(kind), str(what)) for kind, what in wanted]
 
 
-def _rounds(rng: np.random.Generator, names: Sequence[str], count: int) -> list[str]:
+def in_turns(rng: np.random.Generator, names: Sequence[str], count: int) -> list[str]:
     """Every name as often as any other."""
     chosen: list[str] = []
     while len(chosen) < count:

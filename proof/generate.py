@@ -120,21 +120,22 @@ def generate(
     held_out: Path | None = None,
     kinds: Sequence[str] = tuple(FULL),
     every: float = 0.0,
+    wanted: Sequence[tuple[str, str]] = (),
 ) -> str:
-    """Write a suite; the SHA-256 of its labels."""
+    """Write a suite, or the cases ``wanted`` (kind and what) in its forms; the SHA-256 of its labels."""
     for folder in (directory, held_out):
         if folder and (folder.is_dir() and not (folder / 'SEAL').is_file() and any(folder.iterdir())):
             raise SystemExit(f'{folder}: not empty and not a suite: choose another place')
         if folder and folder.exists():
             shutil.rmtree(folder)
     directory.mkdir(parents=True)
-    wanted = list(enumerate(composition(suite, cases, seed, kinds)))
+    numbered = list(enumerate(wanted or composition(suite, cases, seed, kinds)))
     work = partial(_one, suite=suite, seed=seed, directory=directory, held_out=held_out, every=every)
     if jobs == 1:
-        found = [work(item) for item in wanted]
+        found = [work(item) for item in numbered]
     else:
         with ProcessPoolExecutor(jobs, mp_context=get_context('spawn')) as pool:
-            found = list(pool.map(work, wanted, chunksize=2))
+            found = list(pool.map(work, numbered, chunksize=2))
     text = json.dumps({'suite': suite, 'seed': seed, 'cases': found}, indent=1, default=_plain)
     labels.write_text(text + '\n', encoding='utf-8')
     seal = hashlib.sha256(labels.read_bytes()).hexdigest()

@@ -30,7 +30,7 @@ from proof.cases import PHYSICS, Case, make_case, signals_of
 from proof.generate import _plain, label, write_recording
 from proof.protocols import experiment
 from proof.prove import commit, machine
-from proof.score import Answer, exact, gap_closed, matched, wilson
+from proof.score import Answer, exact, gap_closed, matched, told
 from proof.tool import HELD_OUT, REPORT, diagnose_case, users_errors
 from proof.truth import Experiment, observe
 from proof.truth.body import weight
@@ -305,9 +305,10 @@ def document(results: Sequence[Mapping[str, Any]], command: str) -> str:
     lines = [
         '# What investigate finds, beside other recordings',
         '',
-        f'Made by `{command}` on {date.today()}, revision {commit()}, on {machine()}:',
-        f'{counts["single"]} muscles with one concealed effect, {counts["double"]} with two; an investigation took',
-        f'{seconds:.0f} s of processor time (median).',
+        f'Made by `{command}` on {date.today()},',
+        f'revision {commit()}, on {machine()}:',
+        f'{counts["single"]} muscles with one concealed effect, {counts["double"]} with two; '
+        f'an investigation took {seconds:.0f} s of processor time (median).',
         '',
         'Muscles, instruments (noise, quantisation, losses; 20 Hz) and effects are those of the truth generator',
         f"(`proof/truth/`, suite `{SUITE}`). Every effect can be seen in the book's recordings. Each muscle is",
@@ -324,7 +325,7 @@ def document(results: Sequence[Mapping[str, Any]], command: str) -> str:
         if not answers:
             continue
         cells = [
-            _rate([test(a) for a in answers if a.label['kind'] == kind])
+            told([test(a) for a in answers if a.label['kind'] == kind])
             for test in (exact, lambda a: matched(a.findings, a.truth))
             for kind in kinds
         ]
@@ -337,11 +338,6 @@ def document(results: Sequence[Mapping[str, Any]], command: str) -> str:
     lines += ['| | concealed | named by investigate | runs | min | ended because |', '|---|---|---|---|---|---|']
     lines += [_row(r, minutes) for r, minutes in zip(results, spent, strict=True)]
     return '\n'.join(lines) + '\n'
-
-
-def _rate(hits: Sequence[bool]) -> str:
-    low, high = wilson(sum(hits), len(hits))
-    return f'{sum(hits)}/{len(hits)} ({100 * low:.0f} to {100 * high:.0f} %)' if hits else '-'
 
 
 def _row(result: Mapping[str, Any], minutes: float) -> str:
@@ -382,6 +378,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f'muscle {number}: {said.truth}, named {named}: {"exactly" if exact(said) else "no"}', flush=True)
     if chosen.document and results:
         command = f'python -m proof.investigated --muscles {chosen.muscles} --seed {chosen.seed}'
+        command += f' --behind-nodes {chosen.behind_nodes}' if chosen.behind_nodes else ''
         chosen.document.write_text(document(results, command), encoding='utf-8')
     return 0
 

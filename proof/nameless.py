@@ -10,23 +10,22 @@ was stopped.
 """
 
 import argparse
-import json
+import shutil
 import sys
 from collections.abc import Callable, Sequence
 from datetime import date
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from proof import alternatives
-from proof.cases import EXPRESSIBLE, PHYSICS, UNLISTED, make_case
-from proof.generate import _plain, write_case
-from proof.prove import DIAGNOSIS, Proof, _guarded, commit, machine
-from proof.score import Answer, flagged, held_out_error, named, wilson
+from proof.cases import EXPRESSIBLE, PHYSICS, UNLISTED, in_turns
+from proof.generate import generate
+from proof.prove import DIAGNOSIS, Proof, commit, machine
+from proof.score import Answer, flagged, held_out_error, named, read_json, told
 from proof.tool import HELD_OUT, REPORT
 from tcp_muscle_ros.diagnosis.observation.observe import MOST
+from tcp_muscle_ros.process.threads import one_of_linear_algebra
 
 ALONE, BESIDE, LISTED = 'alone', 'beside', 'listed'
 GROUPS = (ALONE, BESIDE, LISTED)
@@ -43,16 +42,12 @@ REACH = 1.5  # noises, that a recalibrated muscle must miss for there to be a ga
 def wanted(group: str, count: int, seed: int) -> list[tuple[str, str]]:
     """(kind, what) of each case of a group; every unlisted effect, and every listed one, as often as any other."""
     rng = np.random.default_rng([seed, GROUPS.index(group)])
-
-    def turns(names: Sequence[str]) -> list[str]:
-        rounds = [rng.permutation(names) for _ in range(-(-count // len(names)))]
-        return [str(name) for name in np.concatenate(rounds)[:count]]
-
     if group == ALONE:
-        return [('unlisted', name) for name in turns((*OLD, *EXPRESSIBLE))]
+        return [('unlisted', name) for name in in_turns(rng, (*OLD, *EXPRESSIBLE), count)]
+    listed = in_turns(rng, PHYSICS, count)
     if group == LISTED:
-        return [('single', name) for name in turns(PHYSICS)]
-    return [('beside', f'{one}+{other}') for one, other in zip(turns(PHYSICS), turns(CONTINUOUS), strict=True)]
+        return [('single', name) for name in listed]
+    return [('beside', f'{one}+{other}') for one, other in zip(listed, in_turns(rng, CONTINUOUS, count), strict=True)]
 
 
 class Group:
@@ -60,57 +55,34 @@ class Group:
 
     def __init__(self, folder: Path, group: str, count: int, seed: int, jobs: int) -> None:
         self.group, self.count, self.seed = group, count, seed
+        # No run for the record, whatever forms it takes: it is logged nowhere.
         self.proof = Proof('varied', count, seed, folder / group, jobs, MOST)
 
     def run(self) -> None:
         """Record, diagnose and compare what is not done."""
         self._write()
         self.proof.diagnose()
-        left = [
-            label
-            for label in self.labels
-            if not all((self.proof.reports / name / label['case'] / HELD_OUT).is_file() for name in OTHERS)
-        ]
-        self.proof._each('compare', left, partial(_compare, self.proof.bags, self.proof.reports, self.proof.unseen))
+        self.proof.alternatives(OTHERS)
 
     def _write(self) -> None:
-        if self.proof.labels.is_file():
+        proof, suite = self.proof, SUITE[self.group]
+        if (proof.bags / 'SEAL').is_file():
             return
-        labels = []
-        for number, (kind, what) in enumerate(wanted(self.group, self.count, self.seed)):
-            case = make_case(SUITE[self.group], self.seed, number, kind, what)
-            labels.append(write_case(case, self.proof.bags, self.proof.unseen))
-        text = json.dumps({'seed': self.seed, 'cases': labels}, indent=1, default=_plain)
-        self.proof.labels.write_text(text + '\n', encoding='utf-8')
-
-    @property
-    def labels(self) -> list[dict[str, Any]]:
-        """What is true of each case."""
-        found: list[dict[str, Any]] = json.loads(self.proof.labels.read_text(encoding='utf-8'))['cases']
-        return found
+        for begun in (proof.bags, proof.unseen):  # and not finished: no seal
+            shutil.rmtree(begun, ignore_errors=True)
+        those = wanted(self.group, self.count, self.seed)
+        generate(suite, self.count, self.seed, proof.bags, proof.labels, proof.jobs, proof.unseen, wanted=those)
 
     def answers(self) -> list[Answer]:
         """Those of the cases that are diagnosed and compared, of effects that can be seen."""
-        found = []
-        for label in self.labels if self.proof.labels.is_file() else []:
-            reports = {name: self.proof.reports / name / label['case'] for name in (DIAGNOSIS, *OTHERS)}
-            if not all((folder / HELD_OUT).is_file() for folder in reports.values()):
-                continue
-            errors = {name: _json(folder / HELD_OUT) for name, folder in reports.items()}
-            answer = Answer(label, _json(reports[DIAGNOSIS] / REPORT), errors[DIAGNOSIS], errors)
-            if len(answer.truth) == len(label['effects']):
+        found, reports = [], self.proof.reports
+        for label in (read_json(self.proof.labels) or {'cases': []})['cases']:
+            errors = {name: read_json(reports / name / label['case'] / HELD_OUT) for name in (DIAGNOSIS, *OTHERS)}
+            report = read_json(reports / DIAGNOSIS / label['case'] / REPORT)
+            answer = Answer(label, report, errors[DIAGNOSIS], errors)
+            if all(errors.values()) and len(answer.truth) == len(label['effects']):
                 found.append(answer)
         return found
-
-
-def _compare(bags: Path, reports: Path, unseen: Path, label: dict[str, Any]) -> str | None:
-    case = label['case']
-    return _guarded(case, lambda: alternatives.run(bags / case, reports, label, unseen, OTHERS))
-
-
-def _json(path: Path) -> dict[str, Any]:
-    content: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
-    return content
 
 
 def without_name(answer: Answer) -> list[dict[str, Any]]:
@@ -118,9 +90,14 @@ def without_name(answer: Answer) -> list[dict[str, Any]]:
     return [finding for finding in answer.findings if finding.get('unlisted')]
 
 
+def nameless(answer: Answer) -> bool:
+    """Is a law without a name among the findings?"""
+    return bool(without_name(answer))
+
+
 def said_unlisted(answer: Answer) -> bool:
     """Is it said that something is there which no name explains?"""
-    return flagged(answer) or bool(without_name(answer))
+    return flagged(answer) or nameless(answer)
 
 
 def in_stage(answer: Answer) -> bool:
@@ -134,7 +111,7 @@ def both_told(answer: Answer) -> bool:
     """Is the listed effect named and nothing else, and the rest in a law without a name?"""
     (listed,) = (e['effect'] for e in answer.label['effects'] if e['effect'] in PHYSICS)
     names = [finding for finding in answer.findings if not finding.get('unlisted')]
-    return len(names) == 1 and listed in named(names[0]) and bool(without_name(answer))
+    return len(names) == 1 and listed in named(names[0]) and nameless(answer)
 
 
 def closed(answer: Answer, way: str) -> float | None:
@@ -163,7 +140,12 @@ def document(groups: dict[str, list[Answer]], seed: int) -> str:
         _row(
             'with a listed effect beside it: that one named, the rest a law without a name', '60 %', beside, both_told
         ),
-        _row('a listed effect alone, in a form not tuned on: a law without a name', 'at most 10 %', listed, _instead),
+        _row(
+            'a listed effect alone, in a form not tuned on: a law without a name',
+            'at most 10 %',
+            listed,
+            nameless,
+        ),
         '',
         'On a recording that no method was given, over the effects that one continuous law can express: the share',
         'of the gap that is closed between the recalibrated muscle (0) and the noise of the instruments (1), where the',
@@ -171,14 +153,9 @@ def document(groups: dict[str, list[Answer]], seed: int) -> str:
         '',
         '| | median | 10th percentile | of |',
         '|---|---|---|---|',
-        *(
-            _gaps(name, continuous, way)
-            for name, way in (
-                ('aim', ''),
-                ('diagnosis', DIAGNOSIS),
-                ('best listed effects (whiteness and BIC)', 'whiteness_bic'),
-            )
-        ),
+        '| aim | 0.85 | 0.50 | |',
+        _gaps('diagnosis', continuous, DIAGNOSIS),
+        _gaps('best listed effects (whiteness and BIC)', continuous, 'whiteness_bic'),
         '',
         '| concealed | cases | flagged | in its stage | a listed name instead | said |',
         '|---|---|---|---|---|---|',
@@ -192,19 +169,11 @@ def document(groups: dict[str, list[Answer]], seed: int) -> str:
     return '\n'.join(lines) + '\n'
 
 
-def _instead(answer: Answer) -> bool:
-    return bool(without_name(answer))
-
-
 def _row(name: str, aim: str, answers: Sequence[Answer], test: Callable[[Answer], bool]) -> str:
-    hits, n = sum(test(a) for a in answers), len(answers)
-    low, high = wilson(hits, n)
-    return f'| {name} | {aim} | {hits}/{n} ({100 * low:.0f} to {100 * high:.0f} %) |'
+    return f'| {name} | {aim} | {told([test(a) for a in answers])} |'
 
 
 def _gaps(name: str, answers: Sequence[Answer], way: str) -> str:
-    if not way:
-        return f'| {name} | 0.85 | 0.50 | |'
     found = [share for a in answers if (share := closed(a, way)) is not None]
     cells = f'{np.median(found):.2f} | {np.percentile(found, 10):.2f}' if found else '- | -'
     return f'| {name} | {cells} | {len(found)} |'
@@ -221,6 +190,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--document', type=Path, help='write the tables of what is done so far')
     parser.add_argument('--only-document', action='store_true', help='diagnose nothing more')
     chosen = parser.parse_args(arguments)
+    one_of_linear_algebra()  # before the processes of the pool begin
     groups = [Group(chosen.output, group, getattr(chosen, group), chosen.seed, chosen.jobs) for group in GROUPS]
     for group in () if chosen.only_document else groups:
         group.run()

@@ -19,7 +19,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from datetime import datetime, timezone
 from functools import partial
@@ -87,14 +87,14 @@ class Proof:
         done = [n for n in self.names if (reports / n / REPORT).is_file() and not (reports / n / HELD_OUT).is_file()]
         self._each('held out', done, partial(_held_out, self.bags, self.unseen, reports))
 
-    def alternatives(self) -> None:
+    def alternatives(self, names: Sequence[str] = tuple(alternatives.RUNNERS)) -> None:
         """The other ways on the same cases."""
         wanted = [
             label
             for label in json.loads(self.labels.read_text(encoding='utf-8'))['cases']
-            if not all((self.reports / name / label['case'] / REPORT).is_file() for name in alternatives.RUNNERS)
+            if not all((self.reports / name / label['case'] / REPORT).is_file() for name in names)
         ]
-        work = partial(_alternatives, self.bags, self.reports, self.unseen)
+        work = partial(_alternatives, self.bags, self.reports, self.unseen, names)
         self._each('alternatives', wanted, work)
 
     def score(self) -> None:
@@ -233,8 +233,8 @@ def _held_out(bags: Path, unseen: Path, reports: Path, name: str) -> str | None:
     return _guarded(name, work)
 
 
-def _alternatives(bags: Path, reports: Path, unseen: Path, label: dict[str, Any]) -> str | None:
-    return _guarded(label['case'], lambda: alternatives.run(bags / label['case'], reports, label, unseen))
+def _alternatives(bags: Path, reports: Path, unseen: Path, names: Sequence[str], label: dict[str, Any]) -> str | None:
+    return _guarded(label['case'], lambda: alternatives.run(bags / label['case'], reports, label, unseen, names))
 
 
 def _extend(bags: Path, before: Path, labels: Path, extended: Path, reports: Path, most: int, name: str) -> str | None:

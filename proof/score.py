@@ -42,6 +42,12 @@ def wilson(hits: int, n: int, z: float = 1.96) -> tuple[float, float]:
     return float(max(0.0, centre - half)), float(min(1.0, centre + half))
 
 
+def told(results: Sequence[bool]) -> str:
+    """How often, out of how many, with its interval, in words."""
+    low, high = wilson(sum(results), len(results))
+    return f'{sum(results)}/{len(results)} ({100 * low:.0f} to {100 * high:.0f} %)' if results else '-'
+
+
 @dataclass(frozen=True)
 class Answer:
     """A label and what was reported for it."""
@@ -142,13 +148,14 @@ def read(
     answers = []
     for label in suite['cases']:
         name = label['case']
-        limits = {k: _json(beside / k / name / 'held_out.json') if beside else None for k in NO_LIMIT}
-        report = _json(reports / name / 'report.json')
-        answers.append(Answer(label, report, _json(reports / name / 'held_out.json'), limits))
+        limits = {k: read_json(beside / k / name / 'held_out.json') if beside else None for k in NO_LIMIT}
+        report = read_json(reports / name / 'report.json')
+        answers.append(Answer(label, report, read_json(reports / name / 'held_out.json'), limits))
     return {'suite': suite['suite'], 'seed': suite['seed'], 'seal': seal}, answers
 
 
-def _json(path: Path) -> dict[str, Any] | None:
+def read_json(path: Path) -> dict[str, Any] | None:
+    """What a file has; None where there is none."""
     return json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
 
 

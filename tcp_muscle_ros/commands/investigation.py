@@ -173,7 +173,7 @@ class Investigation:
             elif not reports or reports[-1]['runs'] < len(runs):
                 self._report(len(runs))
             elif reports[-1]['decided']:
-                self._ask_again(reports[-1])
+                self._ask_again(reports[-1], reports[-1]['decided'])
             else:
                 self._propose(len(runs) + 1, reports[-1])
         if not self.log.of('kept_back'):
@@ -192,14 +192,15 @@ class Investigation:
             raise BadInput(f'{spent} before anything is recorded: a first run and one that is kept back need more')
         return None if spent else planned[count]
 
-    def _ask_again(self, last: Mapping[str, Any]) -> None:
-        """Begin the next round; or the end, where the answer has stood one, or no more can be recorded."""
+    def _ask_again(self, last: Mapping[str, Any], why: str) -> None:
+        """Begin the next round; or the end, where the answer has stood one, or no more can be recorded. ``why``: what
+        makes the last diagnosis an answer."""
         asked = self.log.of('ask_again')
         further = self._rounds[len(asked) + 1 :]
         if asked and asked[-1]['named'] == last['named']:
-            self._end(f'{last["decided"]}, and {last["runs"] - asked[-1]["runs"]} further runs say the same')
+            self._end(f'{why}, and {last["runs"] - asked[-1]["runs"]} further runs say the same')
         elif not further or self._beyond(further[0][0]):
-            self._end(last['decided'])
+            self._end(why)
         else:
             self._say('that is an answer: does it stand in further runs?')
             self.log.add('ask_again', named=last['named'], runs=last['runs'])
@@ -215,9 +216,7 @@ class Investigation:
         if spent:
             self._end(spent)
         elif self._played(protocol) >= _OFTEN:
-            self._ask_again(
-                {**last, 'decided': f'the proposed experiment was played {_OFTEN} times, and decides no more'}
-            )
+            self._ask_again(last, f'the proposed experiment was played {_OFTEN} times, and decides no more')
         else:
             self._record('run', f'run_{number}', protocol)
 
