@@ -2,10 +2,11 @@
 
 import json
 
+import numpy as np
 import pytest
 import yaml
 
-from tcp_muscle_ros.diagnosis.answer.next_experiment import allowed, plans
+from tcp_muscle_ros.diagnosis.answer.protocols import plans, reach, varied
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.settings.parameter_file import read, write
 from tcp_muscle_ros.settings.rig import RigLimits, read_rig
@@ -77,14 +78,20 @@ def test_a_rig_that_cannot_be_is_one_line(lab, tmp_path, capsys, text, said):
 
 
 def test_no_experiment_goes_beyond_the_rig():
-    limits = RigLimits(largest_current=0.2, loads=(0.3, 0.6), longest_run=300.0)
-    feasible = allowed(MUSCLE, 0.588, ZERO_CELSIUS + 23.0, limits)
-    steps = [step for plan in feasible for step in plan.steps]
-    assert max(step.current for step in steps) == pytest.approx(0.2, rel=1e-3)
-    assert {step.load for step in steps} == {0.3, 0.6}
-    assert all(plan.repeat * sum(s.duration for s in plan.steps) <= 300.0 for plan in feasible)
-    assert len(feasible) < len(plans(MUSCLE, 0.588, ZERO_CELSIUS + 23.0))
-    hung = allowed(MUSCLE, 0.588, ZERO_CELSIUS + 23.0, RigLimits())
-    assert {step.load for plan in hung for step in plan.steps} == {0.588}
-    cool = allowed(MUSCLE, 0.588, ZERO_CELSIUS + 23.0, RigLimits(highest_temperature=ZERO_CELSIUS + 40.0))
+    room = ZERO_CELSIUS + 23.0
+    rig = reach(MUSCLE, 0.588, room, RigLimits(largest_current=0.2, loads=(0.3, 0.6), longest_run=300.0))
+    rng = np.random.default_rng(1)
+    book = plans(rig)
+    drawn = [varied(plan, rng, rig) for plan in book for _ in range(40)]
+    for feasible in (book, [plan for plan in drawn if plan is not None]):
+        steps = [step for plan in feasible for step in plan.steps]
+        assert max(step.current for step in steps) == pytest.approx(0.2, rel=1e-3)
+        assert {step.load for step in steps} == {0.3, 0.6}
+        assert all(plan.repeat * sum(s.duration for s in plan.steps) <= 300.0 for plan in feasible)
+        assert all(step.duration > 0.0 for step in steps)
+    assert len(book) < len(plans(reach(MUSCLE, 0.588, room)))
+    hung = reach(MUSCLE, 0.588, room, RigLimits())
+    varied_there = [varied(plan, rng, hung) for plan in plans(hung) for _ in range(10)]
+    assert {step.load for plan in (*plans(hung), *varied_there) if plan for step in plan.steps} == {0.588}
+    cool = plans(reach(MUSCLE, 0.588, room, RigLimits(highest_temperature=ZERO_CELSIUS + 40.0)))
     assert max(s.current for plan in cool for s in plan.steps) < 0.2

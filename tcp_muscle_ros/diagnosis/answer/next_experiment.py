@@ -1,4 +1,4 @@
-"""The experiment that would decide: of feasible protocols the one under which fitted models differ most.
+"""The experiment that would decide: of what a rig can do, the protocol under which fitted models differ most.
 
 The models were fitted to the recordings at hand and agree there. Under each protocol the difference of two is whitened,
 and what the unknowns of either could still take up, given how far the recordings have fixed them, is taken out. What
@@ -13,7 +13,8 @@ from itertools import combinations
 import numpy as np
 from scipy.stats import norm
 
-from tcp_muscle_ros.diagnosis.answer.findings import Proposal, Step
+from tcp_muscle_ros.diagnosis.answer.findings import Proposal
+from tcp_muscle_ros.diagnosis.answer.protocols import Plan, Reach, plans, reach, varied
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, slopes
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
@@ -22,7 +23,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, margin
-from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters, steady_current
+from tcp_muscle_ros.muscle import SPECIFICATIONS
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.settings.rig import RigLimits
 
@@ -34,129 +35,9 @@ _SETTLED = 0.02  # of the distance: less is no progress
 _SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step
 _CLOSER, _ROUNDS = 4, 4  # plans that are looked at more closely, and how often models adapt there
 _MEMBERS = 4  # of a set, that are to be told apart
-_BEFORE_IT_IS_OVER = 'a delay against a lag: the next edge comes before either is over'
-_HOTTEST = 273.15 + 90.0
-_HALF_THE_TIME = 1.25  # times the current for that
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A protocol on paper: what it asks, its steps, how often they repeat."""
-
-    name: str
-    reason: str
-    steps: tuple[Step, ...]
-    repeat: int = 1
-
-
-def allowed(muscle: Parameters, load: float, ambient: float, limits: RigLimits) -> list[Plan]:
-    """The protocols that a rig can do: with its currents, temperatures and loads, and no longer than it may run."""
-    hung = limits.loads or (load,)
-    base = min(hung, key=lambda one: abs(one - load))
-    hottest = min(_HOTTEST, limits.highest_temperature)
-    full = min(steady_current(muscle, hottest, ambient), limits.largest_current)
-
-    def within(plan: Plan) -> Plan:
-        most = limits.largest_current
-        return replace(plan, steps=tuple(replace(step, current=min(step.current, most)) for step in plan.steps))
-
-    return [
-        within(plan)
-        for plan in _plans(full, min(hung), base, max(hung))
-        if plan.repeat * sum(step.duration for step in plan.steps) <= limits.longest_run
-        and (len(hung) > 1 or len({step.load for step in plan.steps}) == 1)
-    ]
-
-
-def plans(muscle: Parameters, load: float, ambient: float) -> list[Plan]:
-    """Feasible protocols: no hotter than 90 degC at steady state, no more than twice the load at hand."""
-    base = max(load, 0.2)
-    return _plans(steady_current(muscle, _HOTTEST, ambient), 0.5 * base, base, 2.0 * base)
-
-
-def _plans(full: float, low: float, base: float, high: float) -> list[Plan]:
-    """The protocols with so much current (A) at steady state, at these loads (N)."""
-
-    def on(duration: float, share: float, force: float = base) -> Step:
-        return Step(duration, round(full * share, 4), round(force, 4))
-
-    def rest(duration: float, force: float = base) -> Step:
-        return Step(duration, 0.0, round(force, 4))
-
-    stairs = tuple(on(20.0, s) for s in (0.4, 0.6, 0.8, 1.0, 0.8, 0.6, 0.8, 0.6, 0.4))
-    probe = round(0.05 * full, 4)
-    rng = np.random.default_rng(7)
-
-    def switching(pace: float, count: int, most: float = 1.0) -> tuple[Step, ...]:
-        spans = pace * rng.choice([1.0, 2.0, 3.5, 6.0], count)
-        return tuple(on(round(float(d), 3), most if k % 2 == 0 else 0.15) for k, d in enumerate(spans))
-
-    swings = tuple(s for m in (0.4, 0.6, 0.75, 0.9) for s in (on(25.0, m), *4 * (on(3.0, 1.25 * m), on(3.0, 0.7 * m))))
-    return [
-        Plan(
-            'long hold',
-            'the steady state, without the influence of time constants',
-            (rest(10.0), on(150.0, 0.95), rest(150.0)),
-        ),
-        Plan(
-            'staircase', 'small loops: does the rate matter, or what came before?', (rest(10.0), *stairs, rest(60.0)), 2
-        ),
-        Plan(
-            'load steps',
-            'the load changes at constant current, cold and hot',
-            (
-                *(s for f in (base, high, low, base) for s in (rest(25.0, f),)),
-                *(s for f in (base, high, low, base) for s in (on(40.0, 0.9, f),)),
-                rest(60.0),
-            ),
-        ),
-        Plan('fast switching', 'delays compared with inertia', (rest(5.0), *switching(2.0, 40), rest(30.0))),
-        Plan('rapid switching', _BEFORE_IT_IS_OVER, switching(0.5, 32)),
-        # On for half of the time only: with that current it stays below what it is to reach at steady state.
-        Plan('very rapid switching', _BEFORE_IT_IS_OVER, switching(0.2, 160, _HALF_THE_TIME)),
-        Plan('most rapid switching', _BEFORE_IT_IS_OVER, switching(0.1, 200, _HALF_THE_TIME)),
-        Plan('small swings', 'the heat capacity at each temperature by itself', swings),
-        Plan(
-            'slow ramp of steps',
-            'the same temperatures at another rate',
-            tuple(on(30.0, s) for s in (0.3, 0.5, 0.7, 0.9, 1.0)),
-        ),
-        Plan('many cycles', 'what changes from cycle to cycle', (on(25.0, 1.0), rest(45.0)), 8),
-        Plan(
-            'cooling with a probe current',
-            'the resistance serves as a second thermometer while the muscle cools',
-            (rest(5.0), on(60.0, 1.0), Step(120.0, probe, round(base, 4))),
-        ),
-        Plan('at rest', 'only what instruments and surroundings do', (rest(300.0),)),
-        *_at_several_loads(on, rest, low, base, high),
-    ]
-
-
-def _at_several_loads(
-    on: Callable[[float, float, float], Step],
-    rest: Callable[[float, float], Step],
-    low: float,
-    base: float,
-    high: float,
-) -> list[Plan]:
-    """Heating at loads below, at and above the one at hand (N); ``on``: s, share of the current, N; ``rest``: s, N."""
-    return [
-        Plan(
-            'three loads',
-            'the same heating at three loads',
-            tuple(s for f in (low, base, high) for s in (on(30.0, 1.0, f), rest(60.0, f))),
-        ),
-        Plan(
-            'holds at three loads',
-            'lasting changes: how do they grow with the load?',
-            tuple(s for f in (low, base, high) for s in (on(90.0, 1.0, f), rest(40.0, f))),
-        ),
-        Plan(
-            'holds at alternating loads',
-            'lasting changes: do load and heat cause them, or do they come by themselves?',
-            tuple(s for f in (low, high, low, high) for s in (on(60.0, 1.0, f), rest(40.0, f))),
-        ),
-    ]
+_ENOUGH = 0.95  # of what all pairs are worth, from which a protocol is taken as it is
+_VARIED = 32  # protocols that are looked at beyond the book
+_WORTH_IT = 1.02  # times the worth of the book's best, for which another is taken
 
 
 def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
@@ -179,6 +60,58 @@ def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
     return Experiment(plan.name, imposed, Holding('load', float(load[0])), observed)
 
 
+@dataclass(frozen=True, eq=False)
+class Question:
+    """Rivals that explain the recordings alike, to be told apart, the named one first.
+
+    ``bare`` is the first without its effect, ``drop`` what that explains of the recordings at hand.
+    """
+
+    members: Sequence[Rival]
+    bare: Fit
+    drop: float
+
+    @property
+    def names(self) -> list[str]:
+        """Their effects."""
+        return [rival.effect for rival in self.members]
+
+    @cached_property
+    def odds(self) -> dict[str, float]:
+        """Of each."""
+        best, policy = min(rival.score for rival in self.members), self.members[0].policy
+        margins = {rival.effect: (rival.score - best) / margin(self.drop, policy) for rival in self.members}
+        return {name: float(np.exp(-_ODDS * behind)) for name, behind in margins.items()}
+
+    @property
+    def whole(self) -> float:
+        """Worth of a protocol that surely tells all pairs apart."""
+        return sum(self.odds[one] * self.odds[two] for one, two in combinations(self.names, 2))
+
+    def told(self, experiment: Experiment, rounds: int = _ROUNDS) -> dict[tuple[str, str], float]:
+        """How probable it is that each pair is told apart, whichever of the two is the muscle's."""
+        without, those = Under(self.bare, experiment), [Under(rival.fit, experiment) for rival in self.members]
+        needed = margin(self.drop + separation(those[0], without, rounds), self.members[0].policy)
+        told = {}
+        for (one, a), (two, b) in combinations(zip(self.names, those, strict=True), 2):
+            each = [kept(separation(a, b, rounds), needed), kept(separation(b, a, rounds), needed)]
+            told[one, two] = float(np.average(each, weights=[self.odds[one], self.odds[two]]))
+        return told
+
+    def worth(self, told: Mapping[tuple[str, str], float]) -> float:
+        """Sum over the pairs, each as probable as its two rivals are."""
+        return sum(self.odds[one] * self.odds[two] * probable for (one, two), probable in told.items())
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A protocol, its experiment, and what that tells apart as the first, linear look has it."""
+
+    plan: Plan
+    experiment: Experiment
+    worth: float
+
+
 def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | None = None) -> Proposal | None:
     """The protocol that best tells rivals apart that explain the recordings alike, the named one first; None where none
     promises anything.
@@ -186,43 +119,49 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     ``bare`` is the first without its effect, ``drop`` what that explains of the recordings at hand, ``limits`` what the
     rig can do, where that is known. No listed form is quite the muscle's own: two must differ by more than the share of
     what the effect does, in old recordings and new, within which they pass for alike. Best is what tells most pairs
-    apart, each as probable as its two rivals are.
+    apart, each as probable as its two rivals are: of a book of protocols, and where none of that surely decides, of
+    variations of its best.
     """
-    members = alike[:_MEMBERS]
-    names = [rival.effect for rival in members]
-    first = members[0].fit
+    question = Question(alike[:_MEMBERS], bare, drop)
+    first = question.members[0].fit
     like = next((e for e in first.problem.experiments if e.model.motion in e.observed), first.problem.experiments[0])
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
-    load = like.holding.starting_load
-    feasible = plans(first.muscle, load, ambient) if limits is None else allowed(first.muscle, load, ambient, limits)
-    planned = [
-        (plan, Under(bare, experiment), [Under(rival.fit, experiment) for rival in members])
-        for plan in feasible
-        if (experiment := experiment_of(plan, like, ambient)).observed
-    ]
-    best, policy = min(rival.score for rival in members), members[0].policy
-    odds = {rival.effect: float(np.exp(-_ODDS * (rival.score - best) / margin(drop, policy))) for rival in members}
+    rig = reach(first.muscle, like.holding.starting_load, ambient, limits)
 
-    def look(without: Under, those: Sequence[Under], rounds: int) -> dict[tuple[str, str], float]:
-        """How probable it is that each pair is told apart, whichever of the two is the muscle's."""
-        needed = margin(drop + separation(those[0], without, rounds), policy)
-        told = {}
-        for (one, a), (two, b) in combinations(zip(names, those, strict=True), 2):
-            each = [kept(separation(a, b, rounds), needed), kept(separation(b, a, rounds), needed)]
-            told[one, two] = float(np.average(each, weights=[odds[one], odds[two]]))
-        return told
+    def look(plan: Plan) -> Planned | None:
+        experiment = experiment_of(plan, like, ambient)
+        return Planned(plan, experiment, question.worth(question.told(experiment, 1))) if experiment.observed else None
 
-    def worth(told: Mapping[tuple[str, str], float]) -> float:
-        return sum(odds[one] * odds[two] * probable for (one, two), probable in told.items())
-
-    promising = sorted(planned, key=lambda one: -worth(look(one[1], one[2], 1)))[:_CLOSER]
-    found = [(plan, look(without, those, _ROUNDS)) for plan, without, those in promising]
-    if not found:
+    promising = sorted(filter(None, map(look, plans(rig))), key=lambda one: -one.worth)[:_CLOSER]
+    if not promising:
         return None
-    plan, told = max(found, key=lambda one: worth(one[1]))
+    found = [(one.plan, question.told(one.experiment)) for one in promising]
+    plan, told = max(found, key=lambda one: question.worth(one[1]))
+    if question.worth(told) < _ENOUGH * question.whole:
+        other = _optimised(promising, look, rig, first)
+        better = question.told(other.experiment)
+        if question.worth(better) > _WORTH_IT * question.worth(told):
+            plan, told = replace(other.plan, reason=f'{other.plan.reason} (adapted to this question)'), better
     # Rather the one that is named from another than two others from each other.
+    names = question.names
     pair, power = max(told.items(), key=lambda one: (one[1] >= 0.5, names[0] in one[0], one[1]))
     return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
+
+
+def _optimised(promising: Sequence[Planned], look: Callable[[Plan], Planned | None], rig: Reach, first: Fit) -> Planned:
+    """The best of variations, one after the other, of what promises most; none hotter than the muscle may be."""
+    rng, best = np.random.default_rng(11), promising[0]
+    for _ in range(_VARIED):
+        plan = varied(best.plan, rng, rig)
+        if plan is None:
+            continue
+        heated = experiment_of(plan, best.experiment, float(best.experiment.imposed.ambient[0]))
+        if heated.outputs(first.muscle).fibre_temperature.max() > rig.hottest:
+            continue
+        one = look(plan)
+        if one is not None and one.worth > best.worth:
+            best = one
+    return best
 
 
 def kept(distance: float, needed: float) -> float:
