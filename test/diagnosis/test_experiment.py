@@ -192,6 +192,21 @@ def test_a_load_told_at_every_tick_has_the_steps_it_takes():
     assert experiment.observed['displacement'].time.size < 400
 
 
+@pytest.mark.parametrize('noise', [0.0, 2e-3], ids=['exact', 'noisy'])
+def test_no_block_reaches_across_a_switch_or_over_a_gap(noise):
+    """Resistance is read under current only: what would stand between two heatings was never read. An ammeter's noise
+    makes the current change at every sample."""
+    read = CURRENT + noise * np.random.default_rng(6).standard_normal(TIME.size)
+    on = CURRENT > 0.0
+    made = recording(current=(TIME, read), resistance=(TIME[on], 10.0 + TIME[on]), displacement=(TIME, CURRENT))
+    observed = prepare(made, NOMINAL, most=97).observed
+    resistance = observed['resistance']
+    assert resistance.time.size < 1.5 * 97
+    assert np.all(np.interp(resistance.time, TIME, CURRENT) == 0.24)
+    np.testing.assert_allclose(resistance.value, 10.0 + resistance.time)
+    assert set(np.round(observed['displacement'].value, 9)) == {0.0, 0.24}
+
+
 def test_a_load_that_changes_all_the_time_is_averaged_with_the_rest():
     load = 0.6 + 0.3 * np.sin(2.0 * np.pi * TIME / 30.0)
     made = recording(current=(TIME, CURRENT), load=(TIME, load), displacement=(TIME, 1e-3 * CURRENT - 0.02 * load))

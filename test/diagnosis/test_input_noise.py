@@ -41,6 +41,22 @@ def test_a_ramp_keeps_its_slope_and_its_tip():
     assert np.max(np.abs(error)) < 5.0 * SIGMA
 
 
+@pytest.mark.parametrize('sigma', [3e-5, 6e-5])
+def test_the_last_digit_of_an_ammeter_flickers_and_heats_nothing(sigma):
+    """Most readings are the same: the median of their changes is none."""
+    flickering = replace(read(STEPS), value=np.round(read(STEPS, sigma).value, 4))
+    found, taken = quiet(flickering)
+    assert np.median(np.abs(np.diff(flickering.value, 2))) <= 1.1e-4
+    assert sigma < taken < 1e-4
+    np.testing.assert_array_equal(np.diff(found.value) != 0.0, np.diff(STEPS) != 0.0)
+    assert np.max(np.abs(found.value - STEPS)) < 2e-5
+
+
+def test_a_ramp_of_commands_in_whole_digits_is_no_noise():
+    stairs = Channel('current', TIME, np.round(TRIANGLE, 3), 'current')
+    assert quiet(stairs) == (stairs, 0.0)
+
+
 SLOWLY = np.arange(0.0, 350.0, 2.0)
 RELAXING = 296.0 + 1.5 * (1.0 - np.exp(-SLOWLY / 150.0))
 

@@ -1,5 +1,5 @@
 """When the model is stepped, and what it is compared with: long recordings are averaged in blocks that never straddle a
-change of the drive."""
+change of the drive, nor a gap longer than a block."""
 
 from dataclasses import replace
 from typing import overload
@@ -88,8 +88,11 @@ def coarsened(channel: Channel | float, most: int | None, power: float) -> Chann
 
 
 def _edges(drive: Channel, samples: int) -> Array:
-    """The changes of the drive that are edges: none where it changes at nearly every tick."""
+    """The changes of the drive that are edges: its jumps where an ammeter's noise changes it at nearly every tick; none
+    where it jumps as often."""
     found = changes(drive)
+    if found.size > samples // 4:
+        found = drive.time[1:][_jumps(drive)]
     return found if found.size <= samples // 4 else np.empty(0)
 
 
@@ -123,10 +126,12 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
     if most is None or time.size <= most:
         return Observed(time, value, np.broadcast_to(1.0, time.size), swinging if moves else None)
     width = int(np.ceil(time.size / most))
-    segment = np.searchsorted(np.union1d(_edges(drive, time.size), steps), time, side='right')
+    period = float(np.median(np.diff(time)))
+    resumed = time[1:][np.diff(time) > (width + 1) * period]
+    ends = np.unique(np.concatenate([_edges(drive, time.size), steps, resumed]))
+    segment = np.searchsorted(ends, time, side='right')
     first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
     position = np.arange(time.size) - np.repeat(first, np.diff(np.append(first, time.size)))
-    period = float(np.median(np.diff(time)))
     quick = max(1, round(_QUICK / max(period, 1e-9)))
     begins = (position % np.where(ringing, quick, width) == 0)[1:] | np.diff(ringing) | (np.diff(segment) != 0)
     label = np.cumsum(np.concatenate([[0], begins]))

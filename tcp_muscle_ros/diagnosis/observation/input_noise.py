@@ -20,6 +20,7 @@ from tcp_muscle_ros.recording.recording import Channel
 _MOST = 0.01  # of the span: more may be what was really imposed
 _FEWEST, _STUCK = 50, 10  # samples: of fewer nothing is said; of no noise, if they are all the same
 _FLIPS = 0.6  # of the second differences' signs: 0.73 of white noise, 0 of what is smooth
+_FLICKERS = 4  # digits of a second difference, that are noise and no step
 _STEP = 6.0  # standard deviations from one sample to the next
 _SCATTER = 1.5  # of the noise: more about its mean is not constant
 _PARTS, _SURE = 8, 4.0  # of a constant stretch, whose means differ by no more standard deviations
@@ -45,14 +46,25 @@ def noise_of(channel: Channel) -> float:
     read = np.repeat(lasts < _STUCK, lasts)
     bend, seen = np.diff(value, 2), read[2:] & read[1:-1] & read[:-2]
     high = np.abs(value[1:-1]) >= 0.5 * np.max(np.abs(value), initial=0.0)
-    return max(_white(bend[seen]), _white(bend[seen & high]))
+    digit = quantum(value)
+    return max(_white(bend[seen], digit), _white(bend[seen & high], digit))
 
 
-def _white(bend: Array) -> float:
-    """Standard deviation of the white noise that has these second differences; 0 where they are not of such."""
-    if bend.size < _FEWEST or np.mean(bend[1:] * bend[:-1] < 0.0) <= _FLIPS:
+def _white(bend: Array, digit: float) -> float:
+    """Standard deviation of the white noise that has these second differences; 0 where they are not of such.
+
+    An ammeter whose last ``digit`` flickers mostly reads the same: what it changes by is counted, and that alone.
+    """
+    if bend.size < _FEWEST:
         return 0.0
-    return sigma_of_bends(bend)
+    if np.median(np.abs(bend)) > 2.0 * digit:
+        return sigma_of_bends(bend) if np.mean(bend[1:] * bend[:-1] < 0.0) > _FLIPS else 0.0
+    small = np.abs(bend) < (_FLICKERS + 0.5) * digit
+    changes = np.abs(bend) > 0.5 * digit
+    pairs = (small & changes)[1:] & (small & changes)[:-1]
+    if np.count_nonzero(pairs) < _FEWEST or np.mean((bend[1:] * bend[:-1])[pairs] < 0.0) <= _FLIPS:
+        return 0.0
+    return max(float(np.sqrt(np.mean(bend[small] ** 2) / 6.0)), digit / float(np.sqrt(12.0)))
 
 
 def quiet(channel: Channel) -> tuple[Channel, float]:
