@@ -123,7 +123,8 @@ def users_errors(report: Path, folder: Path) -> dict[str, float]:
     errors = ReplayedErrors()
     for path in bags(folder):
         recording = read_bag(str(path))
-        muscle = as_old_as_then(on_rig(file.parameters, rig), read_ages(report / IMPROVED), recording.start_ns)
+        muscle = on_rig(file.parameters, rig)
+        muscle = as_old_as_then(muscle, read_ages(report / IMPROVED), recording.start_ns, recording.end)
         experiment = prepare(recording, file.parameters, conditions(file), QUICK)
         errors.add(experiment, muscle, own_of(experiment, muscle))
     return errors.rmse()

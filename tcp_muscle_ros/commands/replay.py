@@ -70,7 +70,8 @@ def admit(args: argparse.Namespace) -> Admitted:
     file = read(args.params)
     rig = read_rig(args.rig) if args.rig else None
     (recording,) = read_bags(args, args.bag)
-    muscle = as_old_as_then(on_rig(file.parameters, rig), read_ages(args.params), recording.start_ns)
+    muscle = on_rig(file.parameters, rig)
+    muscle = as_old_as_then(muscle, read_ages(args.params), recording.start_ns, recording.end)
     (experiment,) = whole([recording], file)
     return Admitted(output, figure, file, muscle, variants(args.params, muscle), recording, experiment)
 

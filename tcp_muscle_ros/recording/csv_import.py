@@ -26,12 +26,9 @@ from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, clock, day, is_value, 
 from tcp_muscle_ros.recording.lab.grid import Layout, joined_headings
 from tcp_muscle_ros.recording.lab.reading import grid_of
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, past_midnight, unwrapped
-from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
+from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
 
-# A CSV file does not say when it was made. Its bag starts at a round number, 9 September 2001: not 0, which means "no
-# stamp" in ROS, and not today, so that the same file always gives the same bag.
-START_NS = 1_000_000_000 * 1_000_000_000
 _LONGEST_S = 366 * 86400.0
 LAB_KINDS = ('.csv', *KINDS)  # that are looked for in directories; a file that is named may be of any kind
 _SLOWEST_S = 2.0  # from row to row, of a logger, by which the unit of its time is guessed
@@ -199,7 +196,7 @@ def _recording(run: Run, table: _Table) -> Recording:
         channels[name] = Channel(name, at, value, '/' + CHANNELS[name].topic)
     folders = len(PurePath(run.file).parts)  # as far as the map names them: where the data lie is of no interest
     known: dict[str, object] = {**run.known, 'source_file': '/'.join(table.path.absolute().parts[-folders:])}
-    return Recording(str(table.path), channels, START_NS, known, tuple(notes))
+    return Recording(str(table.path), channels, UNDATED_NS, known, tuple(notes))
 
 
 def _time(source: TimeSource, table: _Table, where: str) -> Array:

@@ -7,14 +7,13 @@ import numpy as np
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
-from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, channel_kind
+from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording, channel_kind
 from tcp_muscle_ros.recording.units import UNITS
 
 if TYPE_CHECKING:
     import pandas as pd
 
 TIME = 'time_s'
-_START_NS = 1_000_000_000 * 1_000_000_000  # of what does not say when it was recorded
 
 
 def column_name(channel: str) -> str:
@@ -78,7 +77,7 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
     if not taken:
         raise BadInput(f"{name}: no column is a channel of a muscle; expected such as '{column_name('temperature')}'")
     known = {str(key): value for key, value in frame.attrs.items()}
-    return Recording(name, taken, _START_NS, known, units=units)
+    return Recording(name, taken, UNDATED_NS, known, units=units)
 
 
 def _chosen(frame: 'pd.DataFrame', name: str, channels: Mapping[str, str]) -> dict[str, str]:

@@ -1,6 +1,6 @@
 """What was recorded: channels, each on its own time stamps, in SI units."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -56,6 +56,9 @@ CHANNELS: Mapping[str, ChannelKind] = MappingProxyType(
 )
 DRIVES = ('current', 'power', 'voltage')
 OUTPUTS = tuple(kind.name for kind in CHANNELS.values() if kind.role == 'output')
+# A CSV file does not say when it was made. Its bag starts at a round number, 9 September 2001: not 0, which means "no
+# stamp" in ROS, and not today, so that the same file always gives the same bag.
+UNDATED_NS = 1_000_000_000 * 1_000_000_000
 
 
 def shared(new: _Numbers, others: Iterable[_Numbers]) -> _Numbers:
@@ -127,4 +130,13 @@ class Recording:
     @property
     def duration(self) -> float:
         """From the start to the last sample of any channel, s."""
-        return max((float(channel.time[-1]) for channel in self.channels.values() if len(channel)), default=0.0)
+        return self._last(self.channels)
+
+    @property
+    def end(self) -> float:
+        """Of what is observed of the muscle, s from the start."""
+        return self._last(OUTPUTS)
+
+    def _last(self, names: Collection[str]) -> float:
+        found = (self.channels[name] for name in names if name in self.channels)
+        return max((float(channel.time[-1]) for channel in found if len(channel)), default=0.0)

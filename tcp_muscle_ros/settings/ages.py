@@ -2,7 +2,8 @@
 
 A muscle that wears (``fatigue.n0`` cycles, ``resistance_drift.w0`` seconds before) is written as it is after the last
 recording. ``MUSCLE.ages.json`` has its age at the beginning of each recording, which is known by the stamp of its
-start: a replay of one of them runs the muscle as old as it was then, a replay of anything else as old as it is now.
+start, and where its file says no date by its length: a replay of one of them runs the muscle as old as it was then, a
+replay of anything else as old as it is now.
 """
 
 import json
@@ -11,16 +12,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.recording.recording import UNDATED_NS
+
+_DAY_NS = 86_400 * 1_000_000_000
+_SAME = 1.0  # s, by which the ends of one recording may differ
 
 SCHEMA = 'tcp_muscle_ros/ages-1'
 
 
 @dataclass(frozen=True)
 class Age:
-    """The parameters that count what went before, as they were when a recording began (``start_ns``, of its clock)."""
+    """The parameters that count what went before, as they were when a recording began (``start_ns``, of its clock) that
+    ended ``end`` s later; None where that is not known."""
 
     start_ns: int
     values: Mapping[str, float]
+    end: float | None = None
 
 
 def path_beside(parameter_file: str | Path) -> Path:
@@ -31,7 +38,7 @@ def path_beside(parameter_file: str | Path) -> Path:
 def write_ages(parameter_file: str | Path, ages: Sequence[Age]) -> None:
     """Write them beside a parameter file; nothing for a muscle that does not age."""
     if any(age.values for age in ages):
-        recordings = [{'start_ns': age.start_ns, 'values': dict(age.values)} for age in ages]
+        recordings = [{'start_ns': age.start_ns, 'end_s': age.end, 'values': dict(age.values)} for age in ages]
         content = {'schema': SCHEMA, 'recordings': recordings}
         path_beside(parameter_file).write_text(json.dumps(content, indent=1) + '\n', encoding='utf-8')
 
@@ -45,14 +52,18 @@ def read_ages(parameter_file: str | Path) -> tuple[Age, ...]:
         content = json.loads(path.read_text(encoding='utf-8'))
         if content['schema'] != SCHEMA:
             return ()
-        return tuple(Age(int(entry['start_ns']), dict(entry['values'])) for entry in content['recordings'])
+        return tuple(
+            Age(int(entry['start_ns']), dict(entry['values']), entry.get('end_s')) for entry in content['recordings']
+        )
     except (ValueError, KeyError, TypeError):
         return ()
 
 
-def as_old_as_then(muscle: Parameters, ages: Sequence[Age], start_ns: int) -> Parameters:
-    """The muscle as it was when the recording that began at ``start_ns`` was made, else as it is."""
+def as_old_as_then(muscle: Parameters, ages: Sequence[Age], start_ns: int, end: float) -> Parameters:
+    """The muscle as it was when the recording was made that began at ``start_ns`` and ended ``end`` s later, else as it
+    is."""
+    undated = UNDATED_NS <= start_ns < UNDATED_NS + _DAY_NS
     for age in ages:
-        if age.start_ns == start_ns:
+        if age.start_ns == start_ns and not (undated and age.end is not None and abs(age.end - end) > _SAME):
             return muscle.replace(age.values)
     return muscle

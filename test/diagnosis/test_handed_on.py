@@ -33,7 +33,7 @@ def test_a_muscle_that_wears_is_handed_on_as_it_is_now_and_known_as_it_was():
     further = experiment(CHANNELS, 0.25, 0.45, 9, muscle=worn[3])
     now, first = (
         replay(further, m, own=own_of(further, m))['displacement'].rmse
-        for m in (muscle, as_old_as_then(muscle, ages, 100))
+        for m in (muscle, as_old_as_then(muscle, ages, 100, 60.0))
     )
     assert now < 0.5 * first
 

@@ -87,7 +87,9 @@ def ages_of(problem: Problem) -> tuple[Age, ...]:
     """How old the muscle was at the beginning of each recording; empty for one that does not age."""
     if not problem.ages:
         return ()
-    return tuple(Age(e.start_ns, _age(problem, k)) for k, e in enumerate(problem.experiments))
+    return tuple(
+        Age(e.start_ns, _age(problem, k), float(e.imposed.time[-1])) for k, e in enumerate(problem.experiments)
+    )
 
 
 def _age(problem: Problem, recording: int) -> dict[str, float]:

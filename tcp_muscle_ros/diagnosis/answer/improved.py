@@ -50,7 +50,7 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
     while recordings:
         for part in mend(recordings.pop(0)).parts:  # what no model follows counts against none
             for error, (muscle, given) in zip(errors, muscles, strict=True):
-                then = as_old_as_then(muscle, d.ages, part.start_ns)
+                then = as_old_as_then(muscle, d.ages, part.start_ns, part.end)
                 stated = conditions(ParameterFile(muscle, given))
                 own = own_of(prepare(part, muscle, stated, SETTLED_BY), then)
                 error.add(prepare(part, muscle, stated), then, own)
