@@ -29,6 +29,30 @@ def test_radiation_and_heat_capacity_and_latent_heat_solve_their_equations():
         assert_same(model(name, PULSE), kelvin, contraction(kelvin))
 
 
+def test_what_melts_freezes_lower_by_its_undercooling_and_gives_its_heat_back():
+    """Heated through the upper band and cooled through the lower one; turned round between them nothing changes."""
+    muscle = NOMINAL.with_effects('latent_heat').replace({'latent_heat.u': 20.0, 'latent_heat.w': 3.0})
+    time = np.arange(0.0, 400.0, 0.02)
+    hot, between = 0.27, 0.2  # to 80 degC; and to 57, below the band that it went through before
+    out = simulate(muscle, time, np.select([time < 60.0, time < 130.0], [hot, between], 0.0))
+    kelvin, rate = out.fibre_temperature, np.gradient(out.fibre_temperature, time)
+    flux = NOMINAL['hA'] * (kelvin - 296.15)
+    heating = np.where(time < 60.0, hot, np.where(time < 130.0, between, 0.0)) ** 2 * out.resistance
+    stored = (heating - flux) * 0.02
+
+    def capacity(where):
+        return float(np.median((stored / 0.02)[where] / rate[where]))
+
+    warming, cooling = time < 59.0, time > 131.0
+    near = np.abs(kelvin - 333.15) < 0.5, np.abs(kelvin - 313.15) < 0.5
+    assert capacity(warming & near[0]) == pytest.approx(0.21, rel=0.01)
+    assert capacity(warming & near[1]) == pytest.approx(0.17, rel=0.01)
+    assert capacity(cooling & near[1]) == pytest.approx(0.21, rel=0.01)
+    assert kelvin[(time > 125.0) & (time < 130.0)] == pytest.approx(kelvin[time < 130.0][-1], abs=0.1)
+    assert 313.15 + 9.0 < kelvin[time < 130.0][-1] < 333.15
+    assert np.sum(stored) == pytest.approx(0.17 * (kelvin[-1] - 296.15), abs=0.01)  # of 0.3 J of the transition
+
+
 def test_exposed_area_and_motion_convection_solve_their_equations():
     def area(t, y, i, load):
         length = 0.15 + expand(y[0]) + load / stiffness(y[0])

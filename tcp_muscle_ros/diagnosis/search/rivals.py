@@ -228,14 +228,11 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
         rivals = [r for r in rivals if not _beyond_belief(r)]
         best = min(r.score for r in rivals)
-    leader = min(rivals, key=lambda r: r.score)
-    bends, forced = own(leader), _at_its_end(leader)
+    bends = own(min(rivals, key=lambda r: r.score))
 
     def beaten(rival: Rival) -> bool:
-        # By what differs from recording to recording, and bends to much, one that holds for all is not soon beaten; nor
-        # by what had to be bent as far as it goes.
-        soon = not ((bends and not own(rival)) or (forced and not _at_its_end(rival)))
-        share = policy.beaten if soon else policy.bending
+        # By what differs from recording to recording, and bends to much, one that holds for all is not soon beaten.
+        share = policy.bending if bends and not own(rival) else policy.beaten
         return rival.score - best >= max(policy.told_apart, share * (bare - best))
 
     close = [r for r in rivals if not beaten(r)]
