@@ -1,5 +1,7 @@
 """A controller's recording is told from one that a generator played, with or without its setpoint."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, experiment
@@ -50,6 +52,15 @@ WAVES = {
 @pytest.mark.parametrize('name', WAVES)
 def test_what_a_generator_plays_is_open_loop_however_smooth_or_noisy(name):
     assert not is_closed_loop(experiment(['temperature', 'displacement'], drive=WAVES[name]))
+
+
+def test_a_ramp_in_many_steps_rests_between_them():
+    """Whatever the stroke does at the steps: a controller would change its drive between them, too."""
+    ramp = 0.27 * np.sqrt(1.0 - np.abs(2.0 * np.floor(TIME / 0.6) * 0.6 / TIME[-1] - 1.0))
+    played = experiment(['displacement'], drive=ramp)
+    seen = played.observed['displacement']
+    against = replace(seen, value=-0.01 * np.interp(seen.time, TIME, ramp))
+    assert not is_closed_loop(replace(played, observed={'displacement': against}))
 
 
 def test_a_recorded_setpoint_says_so():

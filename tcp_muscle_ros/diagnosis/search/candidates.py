@@ -124,7 +124,7 @@ def variants(
     key = f'{effect}.{definition.strength}'
     found = [usual, {**usual, key: definition.none + _WEAK * (usual[key] - definition.none)}]
     for row in definition.fitted:
-        if row.name == definition.strength:
+        if row.name == definition.strength or row.bends:
             continue
         if row.crossed and spans:
             low, high = spans[row.crossed]

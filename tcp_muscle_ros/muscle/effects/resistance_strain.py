@@ -15,14 +15,16 @@ from tcp_muscle_ros.muscle.quantities import LENGTH, RESISTANCE
 from tcp_muscle_ros.muscle.table import INDEX
 
 _H0 = INDEX['H0']
-_STRAIGHT = 1e-3  # of n: a strain of one bends it by less than a thousandth
+_NEARLY = 1e-3  # of n: there the law is its series, whose slope in n does not vanish at 0
 
 
 def resistance(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Scale the resistance by the coil strain."""
     strain = (q[LENGTH] - p[_H0]) / p[_H0]
-    if abs(c[1]) > _STRAIGHT:
+    if abs(c[1]) > _NEARLY:
         strain = expm1(c[1] * strain) / c[1]
+    else:
+        strain *= 1.0 + 0.5 * c[1] * strain
     q[RESISTANCE] *= 1.0 + c[0] * strain
 
 
@@ -34,7 +36,7 @@ EFFECT = Effect(
     source='van der Weijde et al. 2016',
     parameters=(
         Parameter('GF', 0.15, '1', -3.0, 5.0, 'gauge factor on coil strain', 'estimated: 0.05 to 2'),
-        Parameter('n', 0.0, '1', -6.0, 6.0, 'curvature: 0 is linear', 'a free choice'),
+        Parameter('n', 0.0, '1', -6.0, 6.0, 'curvature: 0 is linear', 'a free choice', bends=True),
     ),
     hooks={'resistance': resistance},
     strength='GF',
