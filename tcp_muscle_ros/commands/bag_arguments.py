@@ -3,12 +3,44 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.order import by_number
+from tcp_muscle_ros.files.outputs import IMPORT_MAP
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.recording.recording import Recording
+
+
+class Bags(argparse.Action):
+    """The bags that are named; of a folder that ``tcp_muscle import`` made, those in it."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """As argparse calls it."""
+        named = [values] if isinstance(values, str) else list(values or ())
+        bags = bags_among(named)
+        one = isinstance(values, str)
+        setattr(namespace, self.dest, (bags if len(bags) == 1 else named)[0] if one else bags)
+
+
+def bags_among(named: Sequence[str]) -> list[str]:
+    """The bags of a command line; ``FOLDER/*`` of an imported folder names its map, too."""
+    found = []
+    for path in named:
+        if Path(path).name == IMPORT_MAP and len(named) > 1:
+            continue
+        runs = Path(path).iterdir() if (Path(path) / IMPORT_MAP).is_file() else ()
+        found += [str(run) for run in sorted(runs, key=by_number) if run.is_dir()] or [path]
+    return found
 
 
 def add_bag_arguments(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
+from tcp_muscle_ros.commands.bag_arguments import Bags, add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.files.outputs import add_force_argument
 
@@ -24,7 +24,7 @@ MOST = 4000
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``calibrate``."""
-    parser.add_argument('bags', nargs='+', metavar='BAG', help='recordings of one muscle')
+    parser.add_argument('bags', action=Bags, nargs='+', metavar='BAG', help='recordings of one muscle')
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='MUSCLE.yaml', help='the parameter file to write')
     add_separate_argument(parser)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
+from tcp_muscle_ros.commands.bag_arguments import Bags, add_bag_arguments
 from tcp_muscle_ros.commands.calibrate import add_separate_argument, refuse_unknown
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.files.outputs import add_force_argument
@@ -21,7 +21,7 @@ _INTERRUPTED = 130
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``diagnose``."""
-    parser.add_argument('bags', nargs='*', metavar='BAG', help='recordings of one muscle')
+    parser.add_argument('bags', action=Bags, nargs='*', metavar='BAG', help='recordings of one muscle')
     add_parameter_argument(parser)
     add_separate_argument(parser)
     parser.add_argument(

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
+from tcp_muscle_ros.commands.bag_arguments import Bags, add_bag_arguments
 from tcp_muscle_ros.files.outputs import add_force_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``export``."""
-    parser.add_argument('bag', metavar='BAG', help='the recording')
+    parser.add_argument('bag', action=Bags, metavar='BAG', help='the recording')
     kind = parser.add_mutually_exclusive_group(required=True)
     kind.add_argument('--csv', nargs='?', const='', metavar='FILE', help='as CSV (default: BAG.csv in this folder)')
     kind.add_argument(

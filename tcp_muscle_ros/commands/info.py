@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
+from tcp_muscle_ros.commands.bag_arguments import Bags, add_bag_arguments
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``info``."""
-    parser.add_argument('bags', nargs='+', metavar='BAG', help='recordings')
+    parser.add_argument('bags', action=Bags, nargs='+', metavar='BAG', help='recordings')
     add_bag_arguments(parser)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
+from tcp_muscle_ros.commands.bag_arguments import Bags, add_bag_arguments
 from tcp_muscle_ros.files.outputs import add_force_argument
 
 if TYPE_CHECKING:
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``plot``."""
-    parser.add_argument('bags', nargs='+', metavar='BAG', help='recordings; several are drawn into one figure')
+    parser.add_argument(
+        'bags', action=Bags, nargs='+', metavar='BAG', help='recordings; several are drawn into one figure'
+    )
     parser.add_argument('--output', metavar='PICTURE', help='a new .png, .pdf or .svg (default: a window)')
     add_force_argument(parser)
     add_bag_arguments(parser)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, NamedTuple
 
-from tcp_muscle_ros.commands.bag_arguments import add_bag_arguments
+from tcp_muscle_ros.commands.bag_arguments import Bags, add_bag_arguments
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.files.outputs import add_force_argument
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``replay``."""
-    parser.add_argument('bag', metavar='BAG', help='the recording')
+    parser.add_argument('bag', action=Bags, metavar='BAG', help='the recording')
     add_parameter_argument(parser, required=True)
     parser.add_argument('--output', metavar='BAG2', help='a new bag with the recording and the predictions')
     parser.add_argument('--figure', metavar='PNG', help='draw recorded against predicted')

@@ -13,6 +13,7 @@ from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.files.inputs import not_readable
+from tcp_muscle_ros.files.order import by_number
 from tcp_muscle_ros.recording.bag_writer import KNOWN
 from tcp_muscle_ros.recording.cdr import DTYPES, Index, field_path
 from tcp_muscle_ros.recording.columns import Topic
@@ -126,7 +127,7 @@ class _Bag:
         if not path.is_dir():
             raise not_readable(path, 'bag')
         files = sorted(
-            (p for p in path.iterdir() if re.search(r'\.(mcap|db3)(\.zstd)?$', p.name) and p.is_file()), key=_by_number
+            (p for p in path.iterdir() if re.search(r'\.(mcap|db3)(\.zstd)?$', p.name) and p.is_file()), key=by_number
         )
         if not files:
             below = sorted(str(each.parent) for each in path.glob('*/*') if each.suffix in ('.mcap', '.db3'))
@@ -180,11 +181,6 @@ class _Bag:
         if not _complete(types, stored.message_type):
             raise BadInput(f'{self.path}: {topic}: the bag has no definition of its type {stored.message_type}')
         return types
-
-
-def _by_number(path: Path) -> list[tuple[int, str]]:
-    """So that bag_2.mcap comes before bag_10.mcap."""
-    return [(int(part) if part.isdecimal() else -1, part) for part in re.split(r'(\d+)', path.name)]
 
 
 def _complete(types: 'Typesdict', name: str) -> bool:

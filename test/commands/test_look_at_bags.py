@@ -1,5 +1,7 @@
 """``tcp_muscle info``, ``plot`` and ``export``."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -74,3 +76,20 @@ def test_plot_without_a_display_says_so(bag, monkeypatch, capsys):
     monkeypatch.delenv('WAYLAND_DISPLAY', raising=False)
     assert main(['plot', str(bag)]) == 2
     assert 'no display for a window; draw to a file with --output' in capsys.readouterr().err
+
+
+def test_a_folder_that_import_made_stands_for_the_bags_in_it(tmp_path, capsys, monkeypatch):
+    """As does all that is in it: the map beside the bags is no bag."""
+    monkeypatch.chdir(tmp_path)
+    rows = ''.join(f'{t / 10},0.2,{23 + t / 20},{t / 100}\n' for t in range(100))
+    for name in ('run_2', 'run_10'):
+        Path(f'{name}.csv').write_text('time_s,current_a,temperature_c,displacement_mm\n' + rows)
+    assert main(['import', 'run_10.csv', 'run_2.csv', '--output', 'lab']) == 0
+    capsys.readouterr()
+    for named in (['lab'], ['lab/import_map.yaml', 'lab/run_2', 'lab/run_10']):
+        assert main(['info', *named]) == 0
+        shown = capsys.readouterr().out
+        assert 0 <= shown.index('lab/run_2: 9.9 s') < shown.index('lab/run_10: 9.9 s')
+    assert main(['replay', 'lab', '--params', 'karami_tadesse_2017']) == 2
+    assert 'bags in it: lab/run_10, lab/run_2' in capsys.readouterr().err
+    assert main(['info', 'lab/import_map.yaml']) == 2
