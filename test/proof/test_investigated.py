@@ -39,7 +39,7 @@ def test_a_protocol_is_played_on_the_truth_and_the_kept_back_run_lies_elsewhere(
     assert done.ambient == 24.0 and np.isclose(done.time[-1], protocol.duration)
 
 
-def result(number, kind, truth, named, passive=None):
+def result(number, kind, truth, named, **others):
     visible = {'detectable': True, 'peak': {'temperature': 9.0}}
     effects = [{'effect': name, 'stage': 'thermal', 'visibility': visible} for name in truth]
 
@@ -54,7 +54,7 @@ def result(number, kind, truth, named, passive=None):
         'limits': {'recalibration': {'temperature': 0.7}, 'oracle': {'temperature': 0.2}},
         'ways': {
             OURS: {**way(named), 'steps': steps, 'why': 'decided', 'seconds': 10.0},
-            **({'passive': way(passive)} if passive is not None else {}),
+            **{name: way(said) for name, said in others.items()},
         },
     }
 
@@ -72,3 +72,15 @@ def test_the_table_counts_what_is_named_exactly_and_what_is_not_done_is_not_ther
     assert '| random |' not in text and '| book |' not in text
     assert '| no | creep | creep, slack | 1 | 12 | decided |' in text
     assert '2 muscles with one concealed effect, 1 with two' in text
+
+
+def test_ways_are_compared_on_the_muscles_that_were_recorded_in_all_of_them():
+    others = {way: ['radiation'] for way in ('random', 'book')}
+    results = [
+        result(0, 'single', ['radiation'], ['radiation'], passive=['airflow'], **others),
+        result(1, 'single', ['creep'], ['slack'], passive=['creep']),
+    ]
+    lines = {line.split('|')[1].strip(): line for line in document(results, 'command').splitlines() if '|' in line}
+    assert '| 0/1 (' in lines['passive']
+    assert '| 1/1 (' in lines[f'{OURS}, the same 1 muscles']
+    assert '| 1/2 (' in lines[OURS]
