@@ -93,7 +93,7 @@ class _Work:
             return self._without_result('insufficient_data', why)
         start = time.monotonic()
         self.calibration = self._calibrated()
-        settled = self._switched(self.calibration.fit)
+        self._switched(self.calibration.fit)
         self.seconds['calibrate'] = time.monotonic() - start
         fixed = any(e.fixed for e in (*self.calibration.estimates, *self.calibration.combinations))
         why = 'the recordings fix none of the parameters'
@@ -104,7 +104,7 @@ class _Work:
         untried = skipped(self.experiments) if fixed else dict.fromkeys(self.model.listed, why)
         testable = [e for e in self.model.listed if e not in untried]
         self.selection = self._selected(self.calibration, testable)
-        if not settled and self._switched(self.selection.final):  # beside effects that hid it
+        if self._switched(self.selection.final):  # beside effects that hid it
             self.selection = self._selected(self.calibration, testable)
         repeated = repeating(self.selection.final)
         apart = differing(self.selection.final, repeated)
@@ -206,7 +206,9 @@ def skipped(experiments: Sequence[Experiment]) -> dict[str, str]:
     """The effects that are not tried, and why: one muscle never shows them, or these recordings cannot."""
     fastest = max(_rate(e) for e in experiments)
     blind = all(e.imposed.kind == 'power' and len(e.observed) == 1 for e in experiments)
-    steps = any(e.holding.end == 'load' and np.ptp(e.imposed.load) > 0.0 for e in experiments)
+    loaded = [e for e in experiments if e.holding.end == 'load']
+    moves = any(o.swinging is not None for e in loaded for o in e.observed.values())
+    steps = moves or any(np.ptp(e.imposed.load) > 0.0 for e in loaded)
     found = {}
     model = experiments[0].model
     for name in model.listed:

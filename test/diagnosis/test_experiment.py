@@ -207,6 +207,21 @@ def test_no_block_reaches_across_a_switch_or_over_a_gap(noise):
     assert set(np.round(observed['displacement'].value, 9)) == {0.0, 0.24}
 
 
+@pytest.mark.parametrize('size', [2e-4, 0.0], ids=['swings', 'still'])
+def test_what_swings_after_a_switch_is_not_averaged_away(size):
+    """A weight that hangs on the muscle rings where the current is switched, faster than blocks show."""
+    since = np.mod(TIME, 70.0) - np.where(np.mod(TIME, 70.0) < 25.0, 0.0, 25.0)
+    ringing = size * np.exp(-since / 2.0) * np.sin(2.0 * np.pi * 2.5 * since)
+    read = simulate(NOMINAL, TIME, CURRENT).displacement + ringing
+    read += 2e-5 * np.random.default_rng(6).standard_normal(TIME.size)
+    observed = prepare(recording(current=(TIME, CURRENT), displacement=(TIME, read)), NOMINAL, most=300).observed
+    seen = observed['displacement']
+    after = (seen.time > 25.1) & (seen.time < 26.0)
+    assert bool(np.max(np.diff(seen.time[after])) < 0.06) is bool(size)
+    assert (seen.swinging is not None and bool(np.all(seen.swinging[after]))) is bool(size)
+    assert seen.time.size < 600
+
+
 def test_a_load_that_changes_all_the_time_is_averaged_with_the_rest():
     load = 0.6 + 0.3 * np.sin(2.0 * np.pi * TIME / 30.0)
     made = recording(current=(TIME, CURRENT), load=(TIME, load), displacement=(TIME, 1e-3 * CURRENT - 0.02 * load))

@@ -99,8 +99,8 @@ def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
             continue
         low, high = fitted.interval(k)
         value = u.from_fit(float(fitted.z[k]))
-        edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))
         row = SPECIFICATIONS[u.name]
+        edge = any(np.isclose(value, end, rtol=1e-4) and end != row.value for end in (u.low, u.high))
         usual = float('nan') if EFFECTS[effect].strength == row.name else row.value
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         owner = '' if u.recording is None else f' [{u.recording + 1}]'

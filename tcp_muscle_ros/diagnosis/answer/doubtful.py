@@ -49,11 +49,17 @@ def named_only_if_explained(selection: Selection) -> Selection:
 
 
 def explained(selection: Selection) -> float:
-    """The share of what was missed beyond the noise that the effects take, of the channel in which it is largest."""
+    """The share of what was missed beyond the noise that the effects take, of the channel in which it is largest.
+
+    Where a weight swings, of all that was missed: while it does, samples weigh little beside the others.
+    """
     noise = {name: s.noise.sigma**2 for name, s in selection.structure_after.items()}
+    swings = selection.final.problem.model.roles.swings in {c.effect for c in selection.chosen}
     had, has = (
-        {name: max(fitted.mean_square[name] / of_noise - 1.0, 0.0) for name, of_noise in noise.items()}
-        for fitted in (selection.calibrated, selection.final)
+        {name: max(missed[name] / of_noise - 1.0, 0.0) for name, of_noise in noise.items()}
+        for missed in (
+            fitted.plain_square if swings else fitted.mean_square for fitted in (selection.calibrated, selection.final)
+        )
     )
     most = max(had.values())
     return max((1.0 - has[name] / had[name] for name in had if had[name] > _PLAIN * most), default=1.0)

@@ -84,6 +84,11 @@ class Fit:
         return _mean_square(self.weighed)
 
     @cached_property
+    def plain_square(self) -> dict[str, float]:
+        """The same of what is left, each sample weighing alike."""
+        return _mean_square(self.left)
+
+    @cached_property
     def still_square(self) -> dict[str, float]:
         """The same of what is left while no weight may swing, where there is such a time."""
         still = []

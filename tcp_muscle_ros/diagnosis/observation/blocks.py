@@ -18,6 +18,7 @@ _UNSURE = 1.6  # sampling periods either side of a step of the load
 _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, not noise or a ramp
 _UNUSUAL = 8.0  # times the usual change of a load that changes all the time: a step
 _RINGING, _SWINGING = 1.5, 5.0  # s after a step of the load: a swing is strong, and may still be seen
+_SHOWS_SWINGS, _BENDS, _RINGS = 0.1, 2.0, 1.7  # s; sampling periods; times the square that noise makes
 _QUICK = 0.01  # s: a swing at 5 Hz is smaller by half a percent when averaged over so long
 # Of the samples; and sampling periods: of what lies farther apart samples were lost; or it was not sampled at a rhythm.
 _FEW, _RHYTHM, _LOST = 0.1, 1.5, 10.5
@@ -113,7 +114,8 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
 
     A muscle answers a step of the load at once (its temperature may too), and whether the samples around its stamp were
     taken before or after it no recording says (a message may reach the recorder before it reaches the rig): they are
-    left out. What follows within seconds, in which a hanging weight swings, is averaged over hundredths of one only.
+    left out. What follows within seconds, in which a hanging weight swings, is averaged over hundredths of one only; so
+    is what follows an edge of the drive, where the readings swing after those.
     """
     kept = channel.time >= start - SAME_INSTANT
     steps = _steps(load, channel)
@@ -121,14 +123,16 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
         near = _UNSURE * float(np.median(np.diff(channel.time)))
         kept &= ~_within(channel.time, steps - near, 2.0 * near)
     time, value = (channel.time, channel.value) if kept.all() else (channel.time[kept], channel.value[kept])
-    ringing, swinging = _within(time, steps, _RINGING), _within(time, steps, _SWINGING)
+    edges = _edges(drive, time.size)
+    started = np.union1d(steps, _ringing_after(time, value, edges, most)) if channel.name in STROKE else steps
+    ringing, swinging = _within(time, started, _RINGING), _within(time, started, _SWINGING)
     moves = channel.name in STROKE and bool(swinging.any())
     if most is None or time.size <= most:
         return Observed(time, value, np.broadcast_to(1.0, time.size), swinging if moves else None)
     width = int(np.ceil(time.size / most))
     period = float(np.median(np.diff(time)))
     resumed = time[1:][np.diff(time) > (width + 1) * period]
-    ends = np.unique(np.concatenate([_edges(drive, time.size), steps, resumed]))
+    ends = np.unique(np.concatenate([edges, steps, resumed]))
     segment = np.searchsorted(ends, time, side='right')
     first = np.concatenate([[0], np.flatnonzero(np.diff(segment)) + 1])
     position = np.arange(time.size) - np.repeat(first, np.diff(np.append(first, time.size)))
@@ -145,6 +149,22 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
         stretch=segment[np.append(0, np.flatnonzero(begins) + 1)],
         within=white_sigma(value) ** 2 * (1.0 - count.size / value.size),
     )
+
+
+def _ringing_after(time: Array, value: Array, edges: Array, most: int | None) -> Array:
+    """The edges of the drive after which a stroke swings, the widest swings first as far as half of ``most`` reaches;
+    none where readings do not change faster there than noise makes them."""
+    period = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    if most is None or not 0.0 < period <= _SHOWS_SWINGS or edges.size == 0:
+        return np.empty(0)
+    bend, middle = np.diff(value, 2) ** 2, time[1:-1]
+    quiet = 6.0 * white_sigma(value) ** 2
+    # The stroke bends at the edge itself, whatever hangs on it.
+    each = [bend[_within(middle, np.array([edge + _BENDS * period]), _RINGING)] for edge in edges]
+    if np.mean(np.concatenate(each)) < _RINGS * quiet:
+        return np.empty(0)
+    strongest = np.argsort([-float(np.mean(one)) if one.size else 0.0 for one in each])
+    return np.sort(edges[strongest[: max(1, int(0.5 * most * period / _RINGING))]])
 
 
 def _within(time: Array, events: Array, span: float) -> Mask:
