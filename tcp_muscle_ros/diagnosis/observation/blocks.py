@@ -18,7 +18,8 @@ _UNSURE = 1.6  # sampling periods either side of a step of the load
 _JUMP = 0.05  # of an input's span: more from one sample to the next is a step, not noise or a ramp
 _UNUSUAL = 8.0  # times the usual change of a load that changes all the time: a step
 _RINGING, _SWINGING = 1.5, 5.0  # s after a step of the load: a swing is strong, and may still be seen
-_SHOWS_SWINGS, _BENDS, _RINGS = 0.1, 2.0, 1.7  # s; sampling periods; times the square that noise makes
+_SHOWS_SWINGS, _BENDS = 0.1, 2.0  # s; sampling periods
+_RINGS, _SINGLE = 2.6, 9.0  # times the square that noise makes: on average, and the most that one counts for
 _QUICK = 0.01  # s: a swing at 5 Hz is smaller by half a percent when averaged over so long
 # Of the samples; and sampling periods: of what lies farther apart samples were lost; or it was not sampled at a rhythm.
 _FEW, _RHYTHM, _LOST = 0.1, 1.5, 10.5
@@ -124,7 +125,11 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
         kept &= ~_within(channel.time, steps - near, 2.0 * near)
     time, value = (channel.time, channel.value) if kept.all() else (channel.time[kept], channel.value[kept])
     edges = _edges(drive, time.size)
-    started = np.union1d(steps, _ringing_after(time, value, edges, most)) if channel.name in STROKE else steps
+    if channel.name in STROKE:  # beside a step of the load it swings anyhow
+        alone = edges[distance(edges, steps) > _SWINGING] if steps.size else edges
+        started = np.union1d(steps, _ringing_after(time, value, alone, most))
+    else:
+        started = steps
     ringing, swinging = _within(time, started, _RINGING), _within(time, started, _SWINGING)
     moves = channel.name in STROKE and bool(swinging.any())
     if most is None or time.size <= most:
@@ -157,11 +162,13 @@ def _ringing_after(time: Array, value: Array, edges: Array, most: int | None) ->
     period = float(np.median(np.diff(time))) if time.size > 1 else 0.0
     if most is None or not 0.0 < period <= _SHOWS_SWINGS or edges.size == 0:
         return np.empty(0)
-    bend, middle = np.diff(value, 2) ** 2, time[1:-1]
-    quiet = 6.0 * white_sigma(value) ** 2
+    quiet = 6.0 * white_sigma(value, _within(time, edges, _SWINGING)) ** 2
+    # Across a gap, or as something slips, a few are far larger, and tell nothing of swings.
+    whole = time[2:] - time[:-2] < 2.5 * period
+    bend, middle = np.minimum(np.diff(value, 2) ** 2, _SINGLE * quiet)[whole], time[1:-1][whole]
     # The stroke bends at the edge itself, whatever hangs on it.
-    each = [bend[_within(middle, np.array([edge + _BENDS * period]), _RINGING)] for edge in edges]
-    if np.mean(np.concatenate(each)) < _RINGS * quiet:
+    each = [bend[_within(middle, np.array([edge + _BENDS * period]), _RINGING - _BENDS * period)] for edge in edges]
+    if not sum(one.size for one in each) or np.mean(np.concatenate(each)) < _RINGS * quiet:
         return np.empty(0)
     strongest = np.argsort([-float(np.mean(one)) if one.size else 0.0 for one in each])
     return np.sort(edges[strongest[: max(1, int(0.5 * most * period / _RINGING))]])
