@@ -78,7 +78,7 @@ def _decide(diagnosis: Diagnosis, asked: Asked | None) -> Step:
     proposal = diagnosis.next_experiment
     assert proposal is not None
     first, second = (plain(name) for name in proposal.separates)
-    length = proposal.repeat * sum(step.duration for step in proposal.steps)
+    length = proposal.duration
     what = (
         f'Do the experiment that tells {first} from {second} with probability {chance(proposal.power)} '
         f'({plain(proposal.name)}, {length:.0f} s), and diagnose it together with these recordings.'

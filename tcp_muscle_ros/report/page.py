@@ -186,7 +186,7 @@ def _experiment(d: Diagnosis) -> str:
         return ''
     p = d.next_experiment
     first, second = (plain(name) for name in p.separates)
-    length = p.repeat * sum(step.duration for step in p.steps)
+    length = p.duration
     said = f'{plain(p.name)}, {length:.0f} s: {p.reason.rstrip(".")}.'
     said = f'{said[0].upper()}{said[1:]} It separates {first} from {second} with probability {chance(p.power)}.'
     return f'{said} It is in {PROTOCOL}.'

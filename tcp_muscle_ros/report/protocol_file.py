@@ -26,7 +26,7 @@ def write_protocol(path: str | Path, proposal: Proposal, holding: Holding | None
 def render_protocol(proposal: Proposal, holding: Holding | None = None) -> str:
     """The text that ``write_protocol`` writes."""
     first, second = proposal.separates
-    total = proposal.repeat * sum(step.duration for step in proposal.steps)
+    total = proposal.duration
     head = [
         f'{plain(proposal.name)}: {total:.0f} s that separate {plain(first)} from {plain(second)}',
         f'Expected to decide with probability {chance(proposal.power)}. {proposal.reason}',

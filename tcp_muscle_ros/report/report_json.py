@@ -194,7 +194,7 @@ def _proposal(p: Proposal) -> dict[str, object]:
         'power': p.power,
         'name': p.name,
         'reason': p.reason,
-        'duration_s': p.repeat * sum(step.duration for step in p.steps),
+        'duration_s': p.duration,
     }
 
 

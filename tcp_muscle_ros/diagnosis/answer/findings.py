@@ -196,6 +196,11 @@ class Proposal:
     end: str
     power: float
 
+    @property
+    def duration(self) -> float:
+        """Of all repetitions, s."""
+        return self.repeat * sum(step.duration for step in self.steps)
+
 
 @dataclass(frozen=True)
 class Ranked:

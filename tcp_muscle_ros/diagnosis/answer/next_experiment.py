@@ -86,17 +86,7 @@ class Question:
     @property
     def whole(self) -> float:
         """Worth of a protocol that surely tells all pairs apart."""
-        return sum(self.odds[one] * self.odds[two] for one, two in combinations(self.names, 2))
-
-    def told(self, experiment: Experiment, rounds: int = _ROUNDS) -> dict[tuple[str, str], float]:
-        """How probable it is that each pair is told apart, whichever of the two is the muscle's."""
-        without, those = Under(self.bare, experiment), [Under(rival.fit, experiment) for rival in self.members]
-        needed = margin(self.drop + separation(those[0], without, rounds), self.members[0].policy)
-        told = {}
-        for (one, a), (two, b) in combinations(zip(self.names, those, strict=True), 2):
-            each = [kept(separation(a, b, rounds), needed), kept(separation(b, a, rounds), needed)]
-            told[one, two] = float(np.average(each, weights=[self.odds[one], self.odds[two]]))
-        return told
+        return self.worth(dict.fromkeys(combinations(self.names, 2), 1.0))
 
     def worth(self, told: Mapping[tuple[str, str], float]) -> float:
         """Sum over the pairs, each as probable as its two rivals are."""
@@ -105,11 +95,32 @@ class Question:
 
 @dataclass(frozen=True, eq=False)
 class Planned:
-    """A protocol, its experiment, and what that tells apart as the first, linear look has it."""
+    """A protocol and its experiment, with the models of a question under it."""
 
     plan: Plan
     experiment: Experiment
-    worth: float
+    question: Question
+
+    @cached_property
+    def models(self) -> 'tuple[Under, list[Under]]':
+        """The one without the effect, and the rivals: both looks need them."""
+        members = [Under(rival.fit, self.experiment) for rival in self.question.members]
+        return Under(self.question.bare, self.experiment), members
+
+    @cached_property
+    def worth(self) -> float:
+        """What it tells apart as the first, linear look has it."""
+        return self.question.worth(self.told(1))
+
+    def told(self, rounds: int = _ROUNDS) -> dict[tuple[str, str], float]:
+        """How probable it is that each pair is told apart, whichever of the two is the muscle's."""
+        (without, those), question = self.models, self.question
+        needed = margin(question.drop + separation(those[0], without, rounds), question.members[0].policy)
+        told = {}
+        for (one, a), (two, b) in combinations(zip(question.names, those, strict=True), 2):
+            each = [kept(separation(a, b, rounds), needed), kept(separation(b, a, rounds), needed)]
+            told[one, two] = float(np.average(each, weights=[question.odds[one], question.odds[two]]))
+        return told
 
 
 def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | None = None) -> Proposal | None:
@@ -128,18 +139,18 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
     rig = reach(first.muscle, like.holding.starting_load, ambient, limits)
 
-    def look(plan: Plan) -> Planned | None:
-        experiment = experiment_of(plan, like, ambient)
-        return Planned(plan, experiment, question.worth(question.told(experiment, 1))) if experiment.observed else None
+    def planned(plan: Plan) -> Planned:
+        return Planned(plan, experiment_of(plan, like, ambient), question)
 
-    promising = sorted(filter(None, map(look, plans(rig))), key=lambda one: -one.worth)[:_CLOSER]
+    book = [one for one in map(planned, plans(rig)) if one.experiment.observed]
+    promising = sorted(book, key=lambda one: -one.worth)[:_CLOSER]
     if not promising:
         return None
-    found = [(one.plan, question.told(one.experiment)) for one in promising]
+    found = [(one.plan, one.told()) for one in promising]
     plan, told = max(found, key=lambda one: question.worth(one[1]))
     if question.worth(told) < _ENOUGH * question.whole:
-        other = _optimised(promising, look, rig, first)
-        better = question.told(other.experiment)
+        other = _optimised(promising[0], planned, rig, first)
+        better = other.told() if other is not promising[0] else told
         if question.worth(better) > _WORTH_IT * question.worth(told):
             plan, told = replace(other.plan, reason=f'{other.plan.reason} (adapted to this question)'), better
     # Rather the one that is named from another than two others from each other.
@@ -148,18 +159,16 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
 
 
-def _optimised(promising: Sequence[Planned], look: Callable[[Plan], Planned | None], rig: Reach, first: Fit) -> Planned:
-    """The best of variations, one after the other, of what promises most; none hotter than the muscle may be."""
-    rng, best = np.random.default_rng(11), promising[0]
+def _optimised(best: Planned, planned: Callable[[Plan], Planned], rig: Reach, first: Fit) -> Planned:
+    """The best of variations of a protocol, one after the other; none hotter than the muscle may be."""
+    rng = np.random.default_rng(11)
     for _ in range(_VARIED):
         plan = varied(best.plan, rng, rig)
         if plan is None:
             continue
-        heated = experiment_of(plan, best.experiment, float(best.experiment.imposed.ambient[0]))
-        if heated.outputs(first.muscle).fibre_temperature.max() > rig.hottest:
-            continue
-        one = look(plan)
-        if one is not None and one.worth > best.worth:
+        one = planned(plan)
+        hottest = float(one.experiment.outputs(first.muscle).fibre_temperature.max())
+        if hottest <= rig.hottest and one.experiment.observed and one.worth > best.worth:
             best = one
     return best
 

@@ -43,7 +43,6 @@ class Reach:
     loads: tuple[float, ...]  # ascending
     base: float  # of the loads, the nearest to the one at hand
     longest: float
-    changes_load: bool
 
 
 def reach(muscle: Parameters, load: float, ambient: float, limits: RigLimits | None = None) -> Reach:
@@ -51,12 +50,12 @@ def reach(muscle: Parameters, load: float, ambient: float, limits: RigLimits | N
     the load at hand (N); ``ambient`` K."""
     if limits is None:
         base, full = max(load, 0.2), steady_current(muscle, _HOTTEST, ambient)
-        return Reach(full, _HALF_THE_TIME * full, _HOTTEST, (0.5 * base, base, 2.0 * base), base, _LONGEST, True)
+        return Reach(full, _HALF_THE_TIME * full, _HOTTEST, (0.5 * base, base, 2.0 * base), base, _LONGEST)
     hung = tuple(sorted(limits.loads or (load,)))
     hottest, most = min(_HOTTEST, limits.highest_temperature), limits.largest_current
     full = min(steady_current(muscle, hottest, ambient), most)
     base = min(hung, key=lambda one: abs(one - load))
-    return Reach(full, min(_HALF_THE_TIME * full, most), hottest, hung, base, limits.longest_run, len(hung) > 1)
+    return Reach(full, min(_HALF_THE_TIME * full, most), hottest, hung, base, limits.longest_run)
 
 
 def plans(rig: Reach) -> list[Plan]:
@@ -69,7 +68,7 @@ def plans(rig: Reach) -> list[Plan]:
     return [
         within(plan)
         for plan in book
-        if plan.duration <= rig.longest and (rig.changes_load or len({step.load for step in plan.steps}) == 1)
+        if plan.duration <= rig.longest and (len(rig.loads) > 1 or len({step.load for step in plan.steps}) == 1)
     ]
 
 

@@ -126,7 +126,7 @@ def averaged(channel: Channel, drive: Channel, load: Channel | float, most: int 
     time, value = (channel.time, channel.value) if kept.all() else (channel.time[kept], channel.value[kept])
     edges = _edges(drive, time.size)
     if channel.name in STROKE:  # beside a step of the load it swings anyhow
-        alone = edges[distance(edges, steps) > _SWINGING] if steps.size else edges
+        alone = edges[distance(edges, steps) > _SWINGING]
         started = np.union1d(steps, _ringing_after(time, value, alone, most))
     else:
         started = steps
@@ -168,7 +168,8 @@ def _ringing_after(time: Array, value: Array, edges: Array, most: int | None) ->
     bend, middle = np.minimum(np.diff(value, 2) ** 2, _SINGLE * quiet)[whole], time[1:-1][whole]
     # The stroke bends at the edge itself, whatever hangs on it.
     each = [bend[_within(middle, np.array([edge + _BENDS * period]), _RINGING - _BENDS * period)] for edge in edges]
-    if not sum(one.size for one in each) or np.mean(np.concatenate(each)) < _RINGS * quiet:
+    after = np.concatenate(each)
+    if not after.size or np.mean(after) < _RINGS * quiet:
         return np.empty(0)
     strongest = np.argsort([-float(np.mean(one)) if one.size else 0.0 for one in each])
     return np.sort(edges[strongest[: max(1, int(0.5 * most * period / _RINGING))]])
