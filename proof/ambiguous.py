@@ -1,11 +1,13 @@
 """Do the proposed experiments decide? Each is run on the truth of its case, and the case diagnosed again with it.
 
-Counted are the cases of the suite whose pair truly cannot be told apart, whose report has the true effect in a set of
-several, and proposes an experiment. Resolved: the true effect is named first and its partner is no longer in the set.
+Two questions are asked. Of the cases whose pair truly cannot be told apart, whose report has the true effect in a set of several
+and proposes an experiment: is it resolved, so that the true effect is named first and its partner is no longer in the
+set? And of all cases in which an experiment is proposed: does it tell the two effects apart as often as it promises?
 """
 
 import json
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,11 @@ def asked(answer: Answer) -> bool:
     alike = label['effects'][0]['visibility'].get('likeness', 0.0) >= ALIKE
     sets = [named(finding) for finding in answer.findings]
     return alike and any(answer.truth[0] in s and len(s) > 1 for s in sets)
+
+
+def proposes(answer: Answer) -> bool:
+    """Does the report propose an experiment, whatever is concealed?"""
+    return bool((answer.report or {}).get('next_experiment'))
 
 
 def add_recording(case: str, cases: Path, reports: Path, labels: Path, output: Path) -> Path:
@@ -43,13 +50,44 @@ def resolved(answer: Answer, after: dict[str, Any] | None) -> bool:
     return answer.label['partner'] not in named(findings[0])
 
 
+def told_apart(pair: Sequence[str], after: dict[str, Any] | None) -> bool:
+    """Is no finding left that could be either? A case that was not answered any more is not decided."""
+    return after is not None and not any(set(pair) <= named(finding) for finding in after.get('findings') or [])
+
+
+def promises(answers: Sequence[Answer], reports: Path) -> list[dict[str, Any]]:
+    """Of each proposed experiment, what it promised and what it did: whether the two it should tell apart are told
+    apart, whether one of them is the muscle's, and if so whether that one is left."""
+    rows = []
+    for answer in filter(proposes, answers):
+        assert answer.report is not None
+        proposal, after = answer.report['next_experiment'], _after(answer, reports)
+        pair = list(proposal['separates'])
+        true = [effect for effect in pair if effect in answer.truth]
+        left = set().union(*(named(finding) for finding in (after or {}).get('findings') or []))
+        rows.append({
+            'case': answer.label['case'],
+            'separates': pair,
+            'promised': float(proposal['power']),
+            'told_apart': told_apart(pair, after),
+            'concealed': true,
+            'right': bool(true) and told_apart(pair, after) and set(true) <= left,
+        })  # fmt: skip
+    return rows
+
+
+def _after(answer: Answer, reports: Path) -> dict[str, Any] | None:
+    """The report with the experiment."""
+    path = reports / answer.label['case'] / REPORT
+    return dict(json.loads(path.read_text(encoding='utf-8'))) if path.is_file() else None
+
+
 def summary(answers: list[Answer], reports: Path) -> dict[str, Any]:
     """The rate of decisions, and what each case said before and after."""
     rows = []
     for answer in answers:
         name = answer.label['case']
-        path = reports / name / REPORT
-        after = json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
+        after = _after(answer, reports)
         rows.append({
             'case': name,
             'effect': answer.truth[0],

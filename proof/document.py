@@ -7,6 +7,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
+from proof.score import told
 from tcp_muscle_ros.report.style import AFTER, BEFORE, OTHER, SETPOINT, canvas
 
 Row = dict[str, Any]
@@ -71,7 +72,8 @@ def write_document(page: Path, images: Path, scores: Mapping[str, Any], pairs: R
     figures = draw(images, methods, compared)
     lines = ['# The proof', '', *_heading(scores, command), '', INTRODUCTION]
     lines += ['## The diagnosis', '', *score_table(own['scores'])]
-    lines += ['', *_pairs(pairs), f'![How often a single effect is found]({relative / figures[0]})', '']
+    lines += ['', *_pairs(pairs), *_promises(pairs)]
+    lines += [f'![How often a single effect is found]({relative / figures[0]})', '']
     if compared:
         lines += ['## Compared with other methods', '', *_which(scores), *comparison(compared), '', *wins(compared), '']
         lines += [f'![Held-out gap closed, by method]({relative / figures[1]})', '']
@@ -165,6 +167,31 @@ def _pairs(pairs: Row | None) -> list[str]:
             promised = f'{" from ".join(row["separates"])} {promised}'
         decided = 'yes' if row['resolved'] else 'no'
         lines.append(f'| {row["effect"]} | {row["partner"]} | {row["experiment"]} | {promised} | {then} | {decided} |')
+    return [*lines, '']
+
+
+def _promises(pairs: Row | None) -> list[str]:
+    """Promises in tenths, beside how often they were kept."""
+    rows = (pairs or {}).get('promises') or []
+    if not rows:
+        return []
+    lines = [
+        '### Is the promise of an experiment kept?',
+        '',
+        'Every experiment that a report of this suite proposes was done, whatever is concealed, and the case diagnosed '
+        'again. An experiment promises, with a probability, to tell two effects apart. They are told apart if no '
+        'finding is left that could be either. *Right*: the muscle has one of the two, and that one is left.',
+        '',
+        '| promised | experiments | promised, mean | told apart | right, where the muscle has one of the two |',
+        '|---|---|---|---|---|',
+    ]
+    for low in range(50, 100, 10):
+        mine = [row for row in rows if low <= 100 * row['promised'] < low + 10 + (low == 90)]
+        if mine:
+            mean = 100 * float(np.mean([row['promised'] for row in mine]))
+            right = told([row['right'] for row in mine if row['concealed']])
+            apart = told([row['told_apart'] for row in mine])
+            lines.append(f'| {low} to {low + 10} % | {len(mine)} | {mean:.0f} % | {apart} | {right} |')
     return [*lines, '']
 
 

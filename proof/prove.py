@@ -137,12 +137,13 @@ class Proof:
     def ambiguous(self) -> None:
         """Run the experiments that were proposed, and diagnose again."""
         _, answers = read(self.bags, self.reports / DIAGNOSIS, self.labels)
-        wanted = [answer for answer in answers if ambiguous.asked(answer)]
+        wanted = [answer for answer in answers if ambiguous.proposes(answer)]
         extended, reports = self.folder / 'extended', self.reports / 'extended'
         left = [a.label['case'] for a in wanted if not (reports / a.label['case'] / REPORT).is_file()]
         work = partial(_extend, self.bags, self.reports / DIAGNOSIS, self.labels, extended, reports, self.most)
         self._each('ambiguous', left, work)
-        found = ambiguous.summary(wanted, reports)
+        found = ambiguous.summary([answer for answer in wanted if ambiguous.asked(answer)], reports)
+        found['promises'] = ambiguous.promises(wanted, reports)
         self._keep('ambiguous.json', found)
         rate = '-' if found['value'] is None else f'{100 * found["value"]:.0f} %'
         print(f'{found["score"]}: {found["hits"]} of {found["n"]} ({rate}, {found["low"]:.2f} to {found["high"]:.2f})')

@@ -266,13 +266,18 @@ def test_where_an_alternative_wins_it_is_said(tmp_path):
     ]
 
 
-def test_the_document_says_what_it_was_made_from(tmp_path):
+def scored() -> dict:
+    """A run as it is scored, of one case."""
     found = tables([answer('single', ['creep'], [finding('friction')], held_out=ORACLE, limits=LIMITS)])
-    run = {
+    return {
         'suite': 'sealed', 'cases': 20, 'full': 430, 'seed': 5, 'seal': 'abc', 'date': '2030-01-01', 'commit': '1234',
         'machine': '2 cores', 'samples': 1000, 'seconds': 9.0, 'methods': {'diagnosis': found},
         'compared': {'diagnosis': found}, 'compared_cases': 20,
     }  # fmt: skip
+
+
+def test_the_document_says_what_it_was_made_from(tmp_path):
+    run = scored()
     page = tmp_path / 'proof.md'
     write_document(page, tmp_path / 'images', run, None, './scripts/prove --cases 20')
     text = page.read_text()
@@ -285,7 +290,7 @@ def test_the_document_says_what_it_was_made_from(tmp_path):
         assert (tmp_path / 'images' / f'proof_{name}.png').stat().st_size > 5000
     write_document(page, tmp_path / 'images', {**run, 'suite': 'development'}, None, '')
     assert 'it proves nothing' in page.read_text()
-    assert score_table(found['scores'])[0] == '| score | aim | reached | of | aim met |'
+    assert score_table(run['methods']['diagnosis']['scores'])[0] == '| score | aim | reached | of | aim met |'
 
 
 # --- does the proposed experiment decide? ----
@@ -323,6 +328,39 @@ def test_a_decision_names_the_truth_without_its_partner(tmp_path):
     (tmp_path / 'case_0000' / 'report.json').write_text(json.dumps({'findings': [finding('radiation')]}))
     found = ambiguous.summary([asked], tmp_path)
     assert (found['hits'], found['n'], found['cases'][0]['after']) == (1, 1, [['radiation']])
+
+
+def test_a_promise_is_kept_where_no_finding_could_be_either(tmp_path):
+    proposed = {'next_experiment': {'name': 'long hold', 'power': 0.83, 'separates': ['radiation', 'airflow']}}
+    asked = answer('single', ['radiation'], [finding('radiation', 'airflow')], report=proposed)
+    (tmp_path / 'case_0000').mkdir()
+    for after, apart, right in (
+        ([finding('radiation')], True, True),
+        ([finding('airflow')], True, False),
+        ([finding('airflow', 'radiation')], False, False),
+        ([finding('airflow', 'exposed_area'), finding('radiation')], True, True),
+        ([], True, False),
+    ):
+        (tmp_path / 'case_0000' / 'report.json').write_text(json.dumps({'findings': after}))
+        (row,) = ambiguous.promises([asked, answer('null', [], [])], tmp_path)
+        assert (row['promised'], row['told_apart'], row['right']) == (0.83, apart, right)
+    neither = answer('single', ['creep'], [finding('radiation', 'airflow')], report=proposed)
+    (row,) = ambiguous.promises([neither], tmp_path)
+    assert (row['told_apart'], row['concealed'], row['right']) == (True, [], False)
+    (tmp_path / 'case_0000' / 'report.json').unlink()
+    (row,) = ambiguous.promises([asked], tmp_path)
+    assert not row['told_apart']
+
+
+def test_promises_stand_in_tenths_beside_what_was_kept(tmp_path):
+    rows = [(0.55, True, ['creep'], True), (0.83, True, [], False), (0.88, False, ['creep'], False), (1.0, True, [], 0)]
+    names = ('promised', 'told_apart', 'concealed', 'right')
+    pairs = {'n': 0, 'promises': [dict(zip(names, row, strict=True)) for row in rows]}
+    write_document(tmp_path / 'proof.md', tmp_path / 'images', scored(), pairs, '')
+    lines = (tmp_path / 'proof.md').read_text()
+    assert '| 50 to 60 % | 1 | 55 % | 1/1' in lines
+    assert '| 80 to 90 % | 2 | 86 % | 1/2' in lines
+    assert '| 90 to 100 % | 1 | 100 % | 1/1 (21 to 100 %) | - |' in lines
 
 
 def test_held_out_errors_are_read_beside_the_reports(tmp_path):
