@@ -1,8 +1,9 @@
 """Do the proposed experiments decide? Each is run on the truth of its case, and the case diagnosed again with it.
 
-Two questions are asked. Of the cases whose pair truly cannot be told apart, whose report has the true effect in a set of several
-and proposes an experiment: is it resolved, so that the true effect is named first and its partner is no longer in the
-set? And of all cases in which an experiment is proposed: does it tell the two effects apart as often as it promises?
+Two questions are asked. Of the cases whose pair truly cannot be told apart, whose report has the true effect in a set
+of several and proposes an experiment: is it resolved, so that the true effect is named first and its partner is no
+longer in the set? And of all cases in which an experiment is proposed: does it tell the two effects apart as often as
+it promises?
 """
 
 import json
