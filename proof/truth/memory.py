@@ -2,9 +2,10 @@
 
 import math
 
+import numpy as np
 from numba import njit
 
-from proof.truth.plant import KELVIN, Plant
+from proof.truth.plant import KELVIN, Array, Plant
 from proof.truth.state import Arrays, State
 from proof.truth.tables import of_T
 
@@ -21,14 +22,17 @@ def remembered(p: Plant, s: State, m: Arrays) -> float:
             m.z[j] = goal + (m.z[j] - goal) * math.exp(-s.h * quick / p.creep_tau[j])
             inside += m.z[j]
     _flow(p, s)
-    if p.twist > 0.0:
+    if p.twist_direct > 0.0:
+        _ageing_contact(p, s)
+    elif p.twist > 0.0:
         _twist(p, s)
     inside += s.flowed + s.turned
     if len(m.relays) > 0:
         inside -= p.relay_stroke * _loops(p, m, mean)
-    if p.duhem_slope > 0.0:
-        s.duhem = s.duhem * math.exp(-abs(dT) / p.duhem_path) - p.duhem_slope * dT
-        inside -= s.duhem
+    if p.near_stroke > 0.0:
+        _near(p, s)
+        share = 1.0 / (1.0 + math.exp((p.near_at - mean - s.late) / p.near_spread))
+        inside -= p.near_stroke * (share - of_T(p.loop_centre, mean))
     if p.phase_stroke > 0.0:
         s.phase = _phase(p, s.phase, s.before, mean)
         inside -= p.phase_stroke * (s.phase - of_T(p.loop_centre, mean))
@@ -60,15 +64,74 @@ def _flow(p: Plant, s: State) -> None:
 
 @njit(cache=True, inline='always')
 def _twist(p: Plant, s: State) -> None:
-    """An end that gives way to the torque, at once or beyond its grip."""
+    """An end that gives way to the torque beyond its grip."""
     torque = s.F / 0.6 * max(s.mean - p.T0, 0.0) / 47.0
-    if p.twist_grip <= 0.0:
-        goal = p.twist * s.F / 0.6 * max(s.mean - p.T0, 0.0) / 47.0
-        s.turned += (goal - s.turned) * s.h / p.twist_tau
-    elif torque > p.twist_grip:
+    if torque > p.twist_grip:
         s.turned += s.h * p.twist / p.twist_tau * (torque - p.twist_grip) / (1.0 - p.twist_grip)
     elif torque < 0.3 * p.twist_grip:
         s.turned -= s.h * s.turned / (4.0 * p.twist_tau)
+
+
+@njit(cache=True, inline='always')
+def _ageing_contact(p: Plant, s: State) -> None:
+    """An end held by a contact whose grip grows with its age and is renewed by sliding.
+
+    Friction by rate and state with the ageing law (Dieterich 1979, Ruina 1983), regularised by a hyperbolic sine where
+    nothing moves (Rice and Ben-Zion 1996). What turns takes torque away from itself; with the age held for a step, the
+    way of a step is exact: its sine's argument y obeys dy/dt = -rate sinh y.
+    """
+    grip = p.twist_clamp + (1.0 - p.twist_clamp) * s.F / 0.6
+    scale = p.twist_direct * grip  # of the torque
+    torque = s.F / 0.6 * max((s.before + s.mean) / 2.0 - p.T0, 0.0) / 47.0
+    fresh = p.twist_renewed * p.twist_tau  # s, the age at which a unit torque turns `twist` in twist_tau
+    # an age of less than a tenth of that is as good as none
+    y = (torque - p.twist_back * s.turned / p.twist) / scale
+    pace = 1.0 / (p.twist_tau * math.sinh(1.0 / p.twist_direct))
+    turn, halfway = 0.0, s.contact
+    for _ in range(2):  # the age is that of the middle of the step
+        weak = ((halfway + 0.1 * fresh) / (1.1 * fresh)) ** -p.twist_ageing
+        later = 2.0 * math.atanh(math.tanh(y / 2.0) * math.exp(-s.h * pace * weak * p.twist_back / scale))
+        turn = (y - later) * scale / p.twist_back
+        halfway = _aged(s.contact, s.h / 2.0, abs(turn) / 2.0 / p.twist_renewed)
+    s.turned += p.twist * turn
+    s.contact = _aged(s.contact, s.h, abs(turn) / p.twist_renewed)
+
+
+@njit(cache=True, inline='always')
+def _aged(age: float, h: float, slid: float) -> float:
+    """The age of a contact after h (s), in which it slid by so many times what renews it."""
+    return age * math.exp(-slid) + h * (-math.expm1(-slid) / slid if slid > 1e-12 else 1.0)
+
+
+@njit(cache=True)
+def nearness(x: Array, bend: float) -> Array:
+    """What is left at x of the distance to the limiting curve, where x is the way since the turn over that distance.
+
+    The proximity function of de Almeida, Deep, Lima and Neff, "Limiting loop proximity hysteresis model", IEEE Trans.
+    Magn. 39 (2003), made for the thermal loops of vanadium dioxide.
+    """
+    return 0.5 * (1.0 - np.sin(bend * x)) * (1.0 + np.tanh(np.pi**2 - 2.0 * np.pi * x))
+
+
+@njit(cache=True)
+def _lateness(p: Plant, s: State, T: float) -> float:
+    """How far ahead of T (K) the curve is run through, on the way since the last turn."""
+    limit = -s.way * p.near_half
+    apart = s.late_turned - limit  # K, positive while it warms
+    x = max(T - s.turned_at, 0.0) if s.way > 0.0 else max(s.turned_at - T, 0.0)
+    return limit + apart * nearness(x / max(abs(apart), 1e-9), p.near_bend)
+
+
+@njit(cache=True)
+def _near(p: Plant, s: State) -> None:
+    """A loop between two limiting curves, which remembers its last turn alone."""
+    if s.way * (s.mean - s.furthest) >= 0.0:
+        s.furthest = s.mean
+    elif s.way * (s.furthest - s.mean) > p.near_rest:  # turned, at a temperature that no step of time decides
+        turned_at = s.furthest - s.way * p.near_rest
+        s.late_turned = _lateness(p, s, turned_at)
+        s.turned_at, s.furthest, s.way = turned_at, s.mean, -s.way
+    s.late = _lateness(p, s, s.mean)
 
 
 @njit(cache=True, inline='always')

@@ -99,8 +99,12 @@ class Plant(NamedTuple):
     relay_down: Array = NONE
     relay_weight: Array = NONE
     relay_stroke: float = 0.0  # m
-    duhem_slope: float = 0.0  # m/K
-    duhem_path: float = 10.0  # K
+    near_stroke: float = 0.0  # m, of a curve that is run through late, by how near its limits are
+    near_at: float = 55.0
+    near_half: float = 5.0  # K, from the middle to either limit
+    near_spread: float = 9.0  # K
+    near_bend: float = 0.85  # how far a way that has just turned keeps to itself, 0..1
+    near_rest: float = 0.1  # K, no turn of the temperature that is smaller is one
     phase_stroke: float = 0.0  # m, of a phase that comes at one temperature and goes at a lower one
     phase_at: float = 55.0
     phase_half: float = 5.0  # K, from the middle to either
@@ -126,7 +130,13 @@ class Plant(NamedTuple):
     rub_reach: Array = NONE  # m
     twist: float = 0.0  # m at 0.6 N, 70 degC
     twist_tau: float = 60.0
-    twist_grip: float = 0.0  # share of that torque below which the end holds (0: it never does)
+    twist_grip: float = 0.0  # share of that torque below which the end holds
+    twist_direct: float = 0.0  # share of that torque that turns e times as fast (0: nothing ages)
+    twist_ageing: float = 0.4  # power of the contact's age in what slows it
+    twist_renewed: float = 0.1  # share of `twist` within which the contact is a new one
+    twist_back: float = 0.7  # share of that torque that a turn of `twist` gives back
+    twist_clamp: float = 0.5  # share of the grip under 0.6 N that is the clamp's, whatever hangs on it
+    twist_rested: float = 200.0  # s since the contact was made
     # in no catalogue
     peltier: float = 0.0  # V
     varistor: float = 0.0  # share at 0.27 A

@@ -80,6 +80,46 @@ def test_a_finer_step_changes_nothing():
     assert np.abs(coarse.displacement - fine.displacement).max() < 1e-6
 
 
+@pytest.mark.parametrize('name', ['hysteresis', 'torsional_leakage'])
+def test_a_finer_step_changes_nothing_of_what_the_sealed_suite_conceals(name):
+    done = steps(*(Step(12.0, i, F) for F in (0.6, 1.7) for i in (0.27, 0.05, 0.25, 0.15, 0.2)))
+    bench = changed(name, 1.0, SUITES['sealed'])
+    coarse, fine = (observe(bench, done, step=step).displacement for step in (0.005, 0.001))
+    assert np.abs(coarse - fine).max() < 1e-7
+
+
+def test_the_sealed_loop_is_one_at_any_rate_and_grows_with_the_way():
+    """The loop between the same temperatures is the same three times as slowly, and less between nearer ones."""
+    bench, plain = changed('hysteresis', 1.0, SUITES['sealed']), Bench.of(Body())
+
+    def opening(seconds: float, low: float) -> float:
+        cycle = (Step(seconds, (low, 0.27), 0.6), Step(seconds, (0.27, low), 0.6))
+        done = steps(Step(60.0, low, 0.6), *cycle, *cycle)
+        seen, bare = observe(bench, done), observe(plain, done)
+        extra, T = seen.displacement - bare.displacement, seen.fibre
+        last = np.flatnonzero(done.time > 60.0 + 2.0 * seconds)
+        top = last[0] + int(np.argmax(T[last]))
+        at = np.linspace(T[last].min() + 1.0, T[last].max() - 1.0, 50)
+        up = np.interp(at, T[last[0] : top], extra[last[0] : top])
+        down = np.interp(-at, -T[top : last[-1]], extra[top : last[-1]])
+        return float((down - up).max())
+
+    assert opening(300.0, 0.1) == pytest.approx(opening(900.0, 0.1), rel=0.02)
+    assert 0.0 < opening(300.0, 0.23) < 0.7 * opening(300.0, 0.1)
+
+
+def test_an_end_that_has_rested_longer_turns_less_and_comes_back_only_slowly():
+    done = steps(Step(60.0, 0.25, 0.6), Step(120.0, 0.0, 0.6))
+    bench, plain = changed('torsional_leakage', 1.0, SUITES['sealed']), observe(Bench.of(Body()), done).displacement
+    turned = {}
+    for rested in (30.0, 3000.0):
+        bench.set(twist_rested=rested)
+        turned[rested] = plain - observe(bench, done).displacement
+    hot = int(np.searchsorted(done.time, 60.0)) - 1
+    assert turned[30.0][hot] > 1.1 * turned[3000.0][hot] > 1e-4
+    assert 0.3 * turned[30.0].max() < turned[30.0][-1] < turned[30.0].max()
+
+
 def test_power_and_voltage_give_what_the_same_current_gives_at_rest():
     i = 0.2
     steady = observe(Bench.of(Body()), steps(Step(150.0, i, 0.6)))
@@ -266,7 +306,10 @@ def test_a_delayed_channel_is_late_by_its_delay():
     )
 
 
-@pytest.mark.parametrize(('name', 'form'), [('airflow', 1), ('torsional_leakage', 0), ('friction', 2)])
+@pytest.mark.parametrize(
+    ('name', 'form'),
+    [('airflow', 1), ('torsional_leakage', 0), ('torsional_leakage', 1), ('hysteresis', 1), ('friction', 2)],
+)
 def test_a_tick_at_a_time_it_does_the_same(name, form):
     bench = changed(name, 0.8, form)
     done = steps(Step(3.0, 0.2, 0.6), Step(4.0, 0.1, 0.3), Step(3.0, 0.0, 0.6))
