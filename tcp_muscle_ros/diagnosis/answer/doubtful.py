@@ -24,7 +24,8 @@ def named_only_if_likely(selection: Selection, weighed: Callable[[Selection], Ma
     """
     while True:
         sudden = selection.final.problem.model.roles.slips if slips.slipping(selection.final) else None
-        weaker = [c.effect for c in selection.chosen[1:] if c.effect != sudden]
+        strongest = max(selection.chosen, key=lambda c: c.drop, default=None)  # a law without a name comes last
+        weaker = [c.effect for c in selection.chosen if c is not strongest and c.effect != sudden]
         if not weaker:
             return selection
         found = weighed(selection)
