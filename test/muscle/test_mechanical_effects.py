@@ -49,6 +49,22 @@ def test_creep_and_viscous_flow_solve_their_equations(n):
     assert_same(run, kelvin, 0.5884 / 23.0 - expand(kelvin) - load / stiffness(kelvin) - flown)
 
 
+def test_creep_over_many_times_is_that_of_four_units_a_decade_apart():
+    """Their shares grow with the cube root of their times (Andrade 1910)."""
+    times = 15.0 * 10.0 ** np.array([-1.5, -0.5, 0.5, 1.5])
+    shares = np.cbrt(times) / np.cbrt(times).sum()
+
+    def creep(t, y, i, load):
+        T, wanted = y[0], 0.1 * load / stiffness(y[0])
+        late = (wanted * shares - y[1:]) / times * exp(0.07 * (T - 323.15))
+        return [(i**2 * ohms(T) - 0.01933 * (T - 296.15)) / 0.17, *late]
+
+    kelvin, *late = solve(creep, [296.15, *(0.1 * shares * 0.5884 / 23.0)], PULSE_AND_LOAD)
+    load = np.repeat([0.5884, 0.2942, 0.5884], [800, 600, 801])
+    shown = 1.1 * 0.5884 / 23.0 - expand(kelvin) - load / stiffness(kelvin) - np.sum(late, axis=0)
+    assert_same(model('creep', PULSE_AND_LOAD, {'law': 1.0}), kelvin, shown)
+
+
 @pytest.mark.parametrize('tau', [2.0, 40.0])
 def test_a_first_stroke_solves_its_equation_and_what_it_gave_it_gives_once(tau):
     def train(t, y, i, load):

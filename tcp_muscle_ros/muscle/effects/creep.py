@@ -1,8 +1,10 @@
-"""M-01 creep: a Kelvin unit in series (standard linear solid), quicker when hot.
+"""M-01 creep: Kelvin units in series, quicker when hot.
 
-    dxv/dt = (J F / k(T) - xv) / tau(T),   tau(T) = tau50 exp(-aT (T - 50 degC)),   H -> H + xv
+    dxj/dt = (Jj F / k(T) - xj) / tauj(T),   tau(T) = tau50 exp(-aT (T - 50 degC)),   H -> H + sum xj
 
-J is the delayed share of the elastic elongation. A muscle that has long rested starts with xv = J F / k.
+J is the delayed share of the elastic elongation: by one unit (standard linear solid), or by four, whose times lie a
+decade apart around tau, and whose shares grow with the cube root of their times. Polymers delay over many decades:
+their creep goes with a small power of time (Andrade 1910: a third). A muscle that has long rested is in equilibrium.
 """
 
 from math import exp
@@ -17,43 +19,81 @@ from tcp_muscle_ros.muscle.table import INDEX
 _REFERENCE = ZERO_CELSIUS + 50.0
 _HOTTEST = INDEX['hottest']
 _QUICKEST = 20.0  # 1/s
+_UNITS, _APART = 4, 10.0
+_FIRST = _APART ** (0.5 * (_UNITS - 1))  # times quicker than the middle
+_MORE = _APART ** (1.0 / 3.0)  # that a unit gives more than the next quicker one
+_LEAST = (_MORE - 1.0) / (_MORE**_UNITS - 1.0)  # of all, that the quickest gives
+
+
+@inner
+def _share(c: Array, q: Array) -> float:
+    """That the quickest unit tends to, m."""
+    share: float = c[0] * q[FORCE] / q[STIFFNESS] * (1.0 if c[3] < 0.5 else _LEAST)
+    return share
+
+
+@inner
+def _units(c: Array) -> int:
+    """How many."""
+    return 1 if c[3] < 0.5 else _UNITS
 
 
 @inner
 def _rate(c: Array, p: Array, temperature: float) -> float:
-    """1/tau(T), 1/s; the shift factor is held beyond the model's domain, and what is quicker than 0.05 s is elastic."""
-    rate: float = min(exp(c[2] * (min(temperature, p[_HOTTEST]) - _REFERENCE)) / c[1], _QUICKEST)
+    """1/tau(T), 1/s; the shift factor is held beyond the model's domain."""
+    rate: float = exp(c[2] * (min(temperature, p[_HOTTEST]) - _REFERENCE)) / c[1]
     return rate
 
 
 def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """The delayed elongation."""
-    q[EXTRA] += s[0]
+    for j in range(_units(c)):
+        q[EXTRA] += s[j]
 
 
 def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """The delayed elongation follows its equilibrium."""
-    ds[0] = (c[0] * q[FORCE] / q[STIFFNESS] - s[0]) * _rate(c, p, q[TEMPERATURE])
+    """The delayed elongations follow their equilibrium; what is quicker than 0.05 s is elastic."""
+    units, share, rate = _units(c), _share(c, q), _rate(c, p, q[TEMPERATURE])
+    if units > 1:
+        rate *= _FIRST
+    for j in range(units):
+        ds[j] = (share - s[j]) * min(rate, _QUICKEST)
+        rate /= _APART
+        share *= _MORE
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """At rest: in equilibrium with the force."""
-    s[0] = c[0] * q[FORCE] / q[STIFFNESS]
+    share = _share(c, q)
+    for j in range(_units(c)):
+        s[j] = share
+        share *= _MORE
+
+
+def fastest_rate(c: Array, p: Array) -> float:
+    """Of the quickest unit, 1/s."""
+    first = 1.0 if c[3] < 0.5 else _FIRST
+    quickest = first * exp(c[2] * (p[_HOTTEST] - _REFERENCE)) / c[1]
+    return float((1.0 + c[0]) * min(quickest, _QUICKEST))
 
 
 EFFECT = Effect(
     name='creep',
     row='M-01',
     stage='mechanical',
-    equation='dxv/dt = (J F/k - xv) / tau(T), tau = tau50 exp(-aT (T - 50 degC)), H + xv',
-    source='standard linear solid with a time-temperature shift',
+    equation='dxj/dt = (Jj F/k - xj) / tauj(T), tau = tau50 exp(-aT (T - 50 degC)), H + sum xj',
+    source='standard linear solid with a time-temperature shift; Andrade 1910',
     parameters=(
         Parameter('J', 0.10, '1', 0.0, 0.6, 'delayed share of the elastic elongation', 'estimated: 5 to 20 %'),
         Parameter('tau50', 15.0, 's', 0.5, 600.0, 'retardation time at 50 degC', 'estimated: 5 to 60 s'),
         Parameter('aT', 0.07, '1/K', 0.0, 0.15, 'time-temperature shift', 'estimated: 0.04 to 0.1 1/K'),
+        Parameter(
+            'law', 0.0, '1', 0.0, 1.0, 'how many times it is delayed by: 0 one, 1 four, a decade apart around tau50',
+            'a free choice', choices=('one time', 'many times'), fitted=False,
+        ),
     ),
     hooks={'extra': extra, 'rates': rates, 'initial': initial},
     strength='J',
-    states=('delayed_elongation',),
-    fastest_rate=lambda c, p: float((1.0 + c[0]) * min(exp(c[2] * (p[_HOTTEST] - _REFERENCE)) / c[1], _QUICKEST)),
-)
+    states=('delayed_elongation_1', 'delayed_elongation_2', 'delayed_elongation_3', 'delayed_elongation_4'),
+    fastest_rate=fastest_rate,
+)  # fmt: skip
