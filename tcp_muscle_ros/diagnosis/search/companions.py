@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
-from tcp_muscle_ros.diagnosis.search.company import Contest, good_company, largest_share, least_of_rest
+from tcp_muscle_ros.diagnosis.search.company import Contest, good_company, largest_share, least_of_all, least_of_rest
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.search.picking import pick
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink, times_usual
@@ -107,6 +107,6 @@ def _least(rival: Rival) -> float:
     Beside a draught, whose course is free, no form misses much.
     """
     if _bends(rival):
-        return rival.policy.of_all
+        return least_of_all(rival)
     free = any(latent.draught is not None for latent in rival.fit.problem.latents)
     return 0.0 if free else rival.policy.companion_of_all

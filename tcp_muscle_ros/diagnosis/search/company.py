@@ -8,13 +8,28 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, conditions, confirmation, stretches
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, prefer, rivals_for, shrink, times_usual
+from tcp_muscle_ros.diagnosis.search.rivals import (
+    Rival,
+    begins,
+    margin,
+    own,
+    penalised,
+    prefer,
+    rivals_for,
+    shrink,
+    sound,
+    times_usual,
+)
 
 _REVISED = 3  # rivals that an effect must hold against
 _MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
 _LEAST_APART = 0.08  # of what an effect beside others takes of all at least, where an effect stands apart
 _TRIFLE = 0.1  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
+
+_FORETOLD = 0.6  # of what a circumstance explains: what physics explains and foretells at least, in whose place it is
+_ASKED = 3  # of such physics, that unseen data are asked of
+_BENDING = 2.0  # times the usual share: what each recording has for itself bends to what any form leaves
 
 Contest = tuple[float, list[Rival]]  # the drop of the misfit that the best of these rivals brings
 
@@ -51,6 +66,43 @@ def good_company(
     if apart:
         least *= max(_LEAST_APART, min(1.0, (1.0 - took) / (1.0 - policy.of_rest_at_first)))
     return took >= rest and largest_share(calibrated, without, fitted) >= least
+
+
+def foretelling(bare: Fit, chosen: Rival, rivals: Sequence[Rival]) -> Rival:
+    """The physics that foretells recordings that it was not fitted to, where ``chosen`` is not to be named beside it.
+
+    A course that each recording has for itself is not, beside one law for all that explains most of the same: no law
+    foretells what came by chance. (A mere offset a law may follow by chance, where there are few recordings.) Nor is
+    what a mere trace of physics plainly beats: what it explains is no trace.
+    """
+    drop = penalised(bare) - chosen.score
+    most = _FORETOLD * drop
+    able = [r for r in rivals if r is not chosen and not r.definition.circumstance and r.definition.stage != 'sensor']
+    if _own_course(chosen):
+        able = [r for r in able if penalised(bare) - r.score >= most]
+    else:
+        able = [r for r in able if not begins(r) and chosen.score - r.score >= margin(drop, r.policy)]
+    for rival in [r for r in sorted(able, key=lambda r: r.score) if sound(r)][:_ASKED]:
+        gain, _ = confirmation(bare, rival.fit)
+        if gain.holds and gain.total >= most:
+            return rival
+    return chosen
+
+
+def in_place_of(chosen: Rival, instead: Rival, rivals: Sequence[Rival]) -> list[Rival]:
+    """The rivals of what is named instead of another, itself first: circumstances that foretell nothing are none."""
+    others = [r for r in rivals if r.effect != instead.effect]
+    return [instead, *(r for r in others if not (_own_course(chosen) and own(r)))]
+
+
+def _own_course(rival: Rival) -> bool:
+    """Whether it goes another way in every recording."""
+    return own(rival) and bool(rival.definition.whole or rival.definition.moments)
+
+
+def least_of_all(rival: Rival) -> float:
+    """Of what was missed, what an effect must take beside a stronger one."""
+    return rival.policy.of_all * (_BENDING if own(rival) else 1.0)
 
 
 def least_of_rest(rival: Rival, usually: float) -> float:
@@ -135,6 +187,10 @@ def revise(
                 contests.pop(effect, None)
                 continue
             pick = prefer(rivals, penalised(bare))
+            instead = foretelling(bare, pick, found)
+            if instead is not pick:
+                rivals = in_place_of(pick, instead, rivals)
+                pick = rivals[0]
             if pick.effect != effect and not confirmation(bare, pick.fit)[0].holds:
                 pick = next(r for r in rivals if r.effect == effect)  # that one was confirmed, when it was accepted
             if pick.effect != effect:
@@ -159,7 +215,7 @@ def confirm(
     other_conditions = bool(conditions(present.problem))
     strongest = max(accepted, key=lambda e: contests[e][0], default='') if alone else ''
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
-        bare = shrink(present, effect)
+        bare, rival = shrink(present, effect), Rival(effect, present, penalised(present))
         gain, looked_at = confirmation(bare, present)
         apart = stands_apart(effect, present, accepted)
         # What a swing leaves of itself weighs little, and hides what it took: of the folds that then still differ, most
@@ -169,9 +225,10 @@ def confirm(
         fits_in = (
             swings
             or effect == strongest
-            or good_company(calibrated, bare, present, present.problem.policy.of_rest, apart=apart)
+            or good_company(calibrated, bare, present, present.problem.policy.of_rest, least_of_all(rival), apart=apart)
         )
-        if holds and fits_in and begins(Rival(effect, present, penalised(present))):
+        trace = any(r.effect == effect and not begins(r) for r in contests[effect][1])  # and foretold all the same
+        if holds and fits_in and (sound(rival) if trace else begins(rival)):
             standing[effect] = gain, largest_share(calibrated, bare, present)
             other_conditions &= looked_at[0].whole is not None
         else:

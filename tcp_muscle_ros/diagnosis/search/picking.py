@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen
-from tcp_muscle_ros.diagnosis.search.company import Contest, share
+from tcp_muscle_ros.diagnosis.search.company import Contest, foretelling, in_place_of, share
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation
 from tcp_muscle_ros.diagnosis.search.rivals import CONTEST, Rival, begins, own, penalised, prefer, rescored, rivals_for
 
@@ -64,12 +64,15 @@ def pick(
             settled, close = rescored(present, rivals)
             effect = prefer(close, settled).effect
             first = next(r for r in rivals if r.effect == effect)
+        chosen = first
+        first = foretelling(present, chosen, tried)
         enough = share(structure, present, first.fit) >= policy.least_share and good(first, every)
         if enough and confirmation(present, first.fit)[0].holds:
             drop = bare - first.score
-            contest = drop, [r for r in rivals if bare - r.score > (1.0 - CONTEST) * drop]
+            others = rivals if first is chosen else in_place_of(chosen, first, rivals)
+            contest = drop, [r for r in others if bare - r.score > (1.0 - CONTEST) * drop]
             return replace(none, rival=first, contest=contest)
-        rivals = [r for r in rivals if r is not first]
+        rivals = [r for r in rivals if r is not first and r is not chosen]
     return none
 
 

@@ -160,13 +160,18 @@ def _best_choice(rival: Rival, progress: Callable[[], None] | None) -> Rival:
 
 
 def begins(rival: Rival) -> bool:
-    """Whether it is there at all, not next to nothing; and what the effect needs to be crossed, the muscle crosses or
-    nearly; and its strength is not as far as it goes. Else it is another one in disguise."""
-    definition, policy = rival.definition, rival.policy
+    """Whether it is there at all, not next to nothing; and what it is may be so (``sound``)."""
+    policy = rival.policy
     # Of a sensor or a room the log knows the instants and inputs no better than to a few per cent.
-    told = definition.circumstance or definition.stage == 'sensor'
-    if _largest(rival) < (policy.trace_of_circumstance if told else policy.trace_of_physics):
-        return False
+    told = rival.definition.circumstance or rival.definition.stage == 'sensor'
+    least = policy.trace_of_circumstance if told else policy.trace_of_physics
+    return _largest(rival) >= least and sound(rival)
+
+
+def sound(rival: Rival) -> bool:
+    """Whether the muscle crosses, or nearly, what the effect needs to be crossed; and its strength is not as far as it
+    goes. Else it is another one in disguise."""
+    definition = rival.definition
     if _spent(rival) or (definition.moments and follows_the_drive(rival)):
         return False
     for row in definition.fitted:

@@ -21,6 +21,7 @@ from tcp_muscle_ros.diagnosis.search.company import (
     confirm,
     good_company,
     largest_share,
+    least_of_all,
     least_of_rest,
     revise,
     stands_apart,
@@ -261,7 +262,7 @@ class _Search:
         apart = stands_apart(rival.effect, rival.fit, self.accepted)
         alone = not self.accepted and not self.slipping
         rest = least_of_rest(rival, rival.policy.of_rest_at_first)
-        return alone or good_company(self.calibrated, self.present, rival.fit, rest, apart=apart)
+        return alone or good_company(self.calibrated, self.present, rival.fit, rest, least_of_all(rival), apart=apart)
 
     def _calm(self) -> Fit | None:
         """Weigh less what a swing leaves; the fit with the slips that it hid, if there are any."""
