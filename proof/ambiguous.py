@@ -21,16 +21,11 @@ REPORT, PROTOCOL = 'report.json', 'next_protocol.yaml'
 def asked(answer: Answer) -> bool:
     """Is there a question that the proposed experiment can settle?"""
     label = answer.label
-    if label['kind'] != 'ambiguous' or not answer.truth or not (answer.report or {}).get('next_experiment'):
+    if label['kind'] != 'ambiguous' or not answer.truth or answer.proposal is None:
         return False
     alike = label['effects'][0]['visibility'].get('likeness', 0.0) >= ALIKE
     sets = [named(finding) for finding in answer.findings]
     return alike and any(answer.truth[0] in s and len(s) > 1 for s in sets)
-
-
-def proposes(answer: Answer) -> bool:
-    """Does the report propose an experiment, whatever is concealed?"""
-    return bool((answer.report or {}).get('next_experiment'))
 
 
 def add_recording(case: str, cases: Path, reports: Path, labels: Path, output: Path) -> Path:
@@ -60,19 +55,20 @@ def promises(answers: Sequence[Answer], reports: Path) -> list[dict[str, Any]]:
     """Of each proposed experiment, what it promised and what it did: whether the two it should tell apart are told
     apart, whether one of them is the muscle's, and if so whether that one is left."""
     rows = []
-    for answer in filter(proposes, answers):
-        assert answer.report is not None
-        proposal, after = answer.report['next_experiment'], _after(answer, reports)
-        pair = list(proposal['separates'])
+    for answer in answers:
+        if answer.proposal is None:
+            continue
+        pair, after = list(answer.proposal['separates']), _after(answer, reports)
+        told = told_apart(pair, after)
         true = [effect for effect in pair if effect in answer.truth]
         left = set().union(*(named(finding) for finding in (after or {}).get('findings') or []))
         rows.append({
             'case': answer.label['case'],
             'separates': pair,
-            'promised': float(proposal['power']),
-            'told_apart': told_apart(pair, after),
+            'promised': float(answer.proposal['power']),
+            'told_apart': told,
             'concealed': true,
-            'right': bool(true) and told_apart(pair, after) and set(true) <= left,
+            'right': bool(true) and told and set(true) <= left,
         })  # fmt: skip
     return rows
 
@@ -88,15 +84,15 @@ def summary(answers: list[Answer], reports: Path) -> dict[str, Any]:
     rows = []
     for answer in answers:
         name = answer.label['case']
-        after = _after(answer, reports)
+        after, proposal = _after(answer, reports), answer.proposal or {}
         rows.append({
             'case': name,
             'effect': answer.truth[0],
             'partner': answer.label['partner'],
             'before': [sorted(named(f)) for f in answer.findings],
-            'experiment': answer.report['next_experiment']['name'] if answer.report else None,
-            'separates': answer.report['next_experiment'].get('separates') if answer.report else None,
-            'power': answer.report['next_experiment']['power'] if answer.report else None,
+            'experiment': proposal.get('name'),
+            'separates': proposal.get('separates'),
+            'power': proposal.get('power'),
             'after': [[f['effect'], *f['indistinguishable_from']] for f in (after or {}).get('findings') or []],
             'resolved': resolved(answer, after),
         })  # fmt: skip

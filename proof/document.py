@@ -185,13 +185,13 @@ def _promises(pairs: Row | None) -> list[str]:
         '| promised | experiments | promised, mean | told apart | right, where the muscle has one of the two |',
         '|---|---|---|---|---|',
     ]
-    for low in range(50, 100, 10):
-        mine = [row for row in rows if low <= 100 * row['promised'] < low + 10 + (low == 90)]
+    for tenth in range(10):
+        mine = [row for row in rows if min(int(10 * row['promised']), 9) == tenth]
         if mine:
             mean = 100 * float(np.mean([row['promised'] for row in mine]))
             right = told([row['right'] for row in mine if row['concealed']])
             apart = told([row['told_apart'] for row in mine])
-            lines.append(f'| {low} to {low + 10} % | {len(mine)} | {mean:.0f} % | {apart} | {right} |')
+            lines.append(f'| {10 * tenth} to {10 * tenth + 10} % | {len(mine)} | {mean:.0f} % | {apart} | {right} |')
     return [*lines, '']
 
 

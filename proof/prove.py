@@ -137,7 +137,7 @@ class Proof:
     def ambiguous(self) -> None:
         """Run the experiments that were proposed, and diagnose again."""
         _, answers = read(self.bags, self.reports / DIAGNOSIS, self.labels)
-        wanted = [answer for answer in answers if ambiguous.proposes(answer)]
+        wanted = [answer for answer in answers if answer.proposal is not None]
         extended, reports = self.folder / 'extended', self.reports / 'extended'
         left = [a.label['case'] for a in wanted if not (reports / a.label['case'] / REPORT).is_file()]
         work = partial(_extend, self.bags, self.reports / DIAGNOSIS, self.labels, extended, reports, self.most)

@@ -68,6 +68,11 @@ class Answer:
         return list((self.report or {}).get('findings') or [])
 
     @property
+    def proposal(self) -> dict[str, Any] | None:
+        """The experiment that the report proposes."""
+        return (self.report or {}).get('next_experiment') or None
+
+    @property
     def physics(self) -> list[dict[str, Any]]:
         """Those that name physics of the muscle, not a fault of the set-up, nor a law without a name."""
         return [f for f in self.findings if f.get('stage') != 'sensor' and not f.get('unlisted')]
@@ -223,7 +228,7 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         rate('unlisted flagged in its stage', '', unlisted, lambda a: flagged(a) and _flag_stage(a) in a.stages),
         rate('unlisted given a false name', '', unlisted, lambda a: bool(a.physics)),
         rate('ambiguous: both in the set', '', alike, both),
-        rate('ambiguous: an experiment proposed', '', alike, lambda a: bool((a.report or {}).get('next_experiment'))),
+        rate('ambiguous: an experiment proposed', '', alike, lambda a: a.proposal is not None),
         number('held-out gap closed, median', '>= 0.95', gaps, np.median),
         number('held-out gap closed, 10th percentile', '>= 0.80', gaps, lambda v: float(np.percentile(v, 10))),
         number('held-out error left, of the recalibrated, median', '', ratios, np.median),

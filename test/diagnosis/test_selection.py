@@ -14,24 +14,9 @@ from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.search.companions import Companions
-from tcp_muscle_ros.diagnosis.search.company import (
-    foretelling,
-    good_company,
-    least_of_all,
-    least_of_rest,
-    stands_apart,
-)
+from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
 from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
-from tcp_muscle_ros.diagnosis.search.rivals import (
-    Rival,
-    begins,
-    follows_the_drive,
-    own,
-    penalised,
-    prefer,
-    rivals_for,
-    sound,
-)
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, prefer, rivals_for
 from tcp_muscle_ros.diagnosis.search.selection import _Search, select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
@@ -270,10 +255,10 @@ def test_a_companion_takes_most_of_what_is_left(softened):
     ranked, _ = screen(softened, ['load_stroke', 'friction', 'creep'])
     named = rivals_for(softened, ranked, None)[0]
     assert named.effect == 'load_stroke'
-    assert good_company(softened, softened, named.fit, 0.65)
+    assert good_company(softened, softened, named.fit, 0.65, softened.problem.policy.of_all)
     ranked, _ = screen(named.fit, ['friction', 'creep'])
     for rival in rivals_for(named.fit, ranked, None):
-        assert not good_company(softened, named.fit, rival.fit, 0.65)
+        assert not good_company(softened, named.fit, rival.fit, 0.65, softened.problem.policy.of_all)
 
 
 def test_what_a_swing_leaves_does_not_drown_the_rest():
@@ -328,7 +313,7 @@ def test_an_effect_counts_from_a_tenth_of_the_noises_variance_on(wear, counts):
     noise = structures(after)['displacement'].noise
     drop = before.mean_square['displacement'] - after.mean_square['displacement']
     assert 0.02 < drop / noise.sigma**2 < 0.25
-    assert good_company(before, before, after, 0.65) == counts
+    assert good_company(before, before, after, 0.65, before.problem.policy.of_all) == counts
 
 
 def test_a_search_that_has_spent_its_budget_ends_with_what_it_has(softened):
@@ -385,53 +370,3 @@ def test_what_the_data_admit_in_the_place_of_a_named_effect_is_not_named_beside_
     monkeypatch.setattr('tcp_muscle_ros.diagnosis.search.selection.companions', brings)
     search.add_companions()
     assert search.accepted == ['radiation']
-
-
-def drifted(run, seed):
-    """The same recording, as a sensor shows it that drifts by chance: 2 mm to and fro within it."""
-    rng = np.random.default_rng(seed)
-    shown = run.observed['displacement']
-    share = (shown.time - shown.time[0]) / np.ptp(shown.time)
-    course = 1e-3 * (rng.normal() * share + rng.normal() * share**2)
-    observed = {**run.observed, 'displacement': replace(shown, value=shown.value + course)}
-    return replace(run, observed=observed)
-
-
-@pytest.mark.parametrize('flows', [True, False])
-def test_a_law_that_foretells_new_recordings_goes_before_what_each_has_for_itself(flows):
-    """A flow is foretold, chance is not: three runs, each with a course of its own."""
-    muscle = TRUE.replace({'viscous_flow.m': 4e-6}).with_effects('viscous_flow') if flows else TRUE
-    runs = [
-        experiment(CHANNELS, current, load, k, muscle=muscle)
-        for k, (current, load) in enumerate(((0.27, 0.3), (0.24, 0.588), (0.25, 0.98)))
-    ]
-    runs = runs if flows else [drifted(run, k) for k, run in enumerate(runs)]
-    bare = settle_noise(in_turn(calibrate(runs, NOMINAL).fit))[0]
-    ranked, _ = screen(bare, ['viscous_flow', 'displacement_drift'])
-    law, chance = sorted(rivals_for(bare, ranked, None, also=['viscous_flow']), key=own)
-    assert own(chance)
-    assert foretelling(bare, chance, [law, chance]) is (law if flows else chance)
-    assert foretelling(bare, law, [law, chance]) is law
-    usual = law.policy.of_all
-    assert (least_of_all(law), least_of_all(chance)) == (usual, 2.0 * usual)
-
-
-def test_a_trace_that_foretells_is_named():
-    """The flow is a trace beside what is usual, and plain beside the noise."""
-    muscle = TRUE.replace({'viscous_flow.m': 1.7e-7, 'viscous_flow.law': 2.0}).with_effects('viscous_flow')
-    runs = [
-        experiment(CHANNELS, current, load, k, muscle=muscle)
-        for k, (current, load) in enumerate(((0.27, 1.2), (0.24, 1.4), (0.25, 1.1)))
-    ]
-    bare = settle_noise(in_turn(calibrate(runs, NOMINAL).fit))[0]
-    found = select(bare, ['viscous_flow', 'displacement_drift'])
-    assert [c.effect for c in found.chosen] == ['viscous_flow']
-    itself = Rival('viscous_flow', found.final, penalised(found.final))
-    assert sound(itself)
-    assert not begins(itself)
-    # Nor is other physics named in its place that it plainly beats; what explains nearly the same is.
-    ranked, _ = screen(bare, ['viscous_flow', 'creep'])
-    trace, other = sorted(rivals_for(bare, ranked, None), key=lambda r: r.effect, reverse=True)
-    assert foretelling(bare, replace(other, score=trace.score + 200.0), [trace, other]) is trace
-    near = replace(other, score=trace.score + 10.0)
-    assert foretelling(bare, near, [trace, near]) is near

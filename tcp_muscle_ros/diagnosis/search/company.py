@@ -26,7 +26,6 @@ _MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could
 _LEAST_APART = 0.08  # of what an effect beside others takes of all at least, where an effect stands apart
 _TRIFLE = 0.1  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
-
 _FORETOLD = 0.6  # of what a circumstance explains: what physics explains and foretells at least, in whose place it is
 _ASKED = 3  # of such physics, that unseen data are asked of
 _BENDING = 2.0  # times the usual share: what each recording has for itself bends to what any form leaves
@@ -51,18 +50,16 @@ def share(before: dict[str, Structure], fitted: Fit, after: Fit) -> float:
     return max(shares, default=0.0)
 
 
-def good_company(
-    calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all: float | None = None, apart: bool = False
-) -> bool:
+def good_company(calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all: float, apart: bool = False) -> bool:
     """Whether an effect beside a stronger one is more than what the stronger one's form leaves.
 
-    It takes a share ``of_all`` (None: the policy's) of what was missed, and a share ``rest`` of what is left: what a
-    form leaves, several effects explain a little, and none of them all. One that stands ``apart`` may be the less of
-    what was missed, the more it takes of what is left.
+    It takes a share ``of_all`` of what was missed, and a share ``rest`` of what is left: what a form leaves, several
+    effects explain a little, and none of them all. One that stands ``apart`` may be the less of what was missed, the
+    more it takes of what is left.
     """
     policy = fitted.problem.policy
     took = largest_share(without, without, fitted, robust=False)
-    least = policy.of_all if of_all is None else of_all
+    least = of_all
     if apart:
         least *= max(_LEAST_APART, min(1.0, (1.0 - took) / (1.0 - policy.of_rest_at_first)))
     return took >= rest and largest_share(calibrated, without, fitted) >= least
@@ -82,7 +79,7 @@ def foretelling(bare: Fit, chosen: Rival, rivals: Sequence[Rival]) -> Rival:
         able = [r for r in able if penalised(bare) - r.score >= most]
     else:
         able = [r for r in able if not begins(r) and chosen.score - r.score >= margin(drop, r.policy)]
-    for rival in [r for r in sorted(able, key=lambda r: r.score) if sound(r)][:_ASKED]:
+    for rival in sorted(filter(sound, able), key=lambda r: r.score)[:_ASKED]:
         gain, _ = confirmation(bare, rival.fit)
         if gain.holds and gain.total >= most:
             return rival
@@ -189,8 +186,7 @@ def revise(
             pick = prefer(rivals, penalised(bare))
             instead = foretelling(bare, pick, found)
             if instead is not pick:
-                rivals = in_place_of(pick, instead, rivals)
-                pick = rivals[0]
+                pick, rivals = instead, in_place_of(pick, instead, rivals)
             if pick.effect != effect and not confirmation(bare, pick.fit)[0].holds:
                 pick = next(r for r in rivals if r.effect == effect)  # that one was confirmed, when it was accepted
             if pick.effect != effect:

@@ -26,22 +26,22 @@ _LEAST = (_MORE - 1.0) / (_MORE**_UNITS - 1.0)  # of all, that the quickest give
 
 
 @inner
-def _share(c: Array, q: Array) -> float:
-    """That the quickest unit tends to, m."""
-    share: float = c[0] * q[FORCE] / q[STIFFNESS] * (1.0 if c[3] < 0.5 else _LEAST)
-    return share
-
-
-@inner
 def _units(c: Array) -> int:
     """How many."""
     return 1 if c[3] < 0.5 else _UNITS
 
 
 @inner
+def _share(c: Array, q: Array) -> float:
+    """That the quickest unit tends to, m."""
+    share: float = c[0] * q[FORCE] / q[STIFFNESS] * (1.0 if _units(c) == 1 else _LEAST)
+    return share
+
+
+@inner
 def _rate(c: Array, p: Array, temperature: float) -> float:
-    """1/tau(T), 1/s; the shift factor is held beyond the model's domain."""
-    rate: float = exp(c[2] * (min(temperature, p[_HOTTEST]) - _REFERENCE)) / c[1]
+    """1/tau(T) of the quickest unit, 1/s; the shift factor is held beyond the model's domain."""
+    rate: float = exp(c[2] * (min(temperature, p[_HOTTEST]) - _REFERENCE)) / c[1] * (1.0 if _units(c) == 1 else _FIRST)
     return rate
 
 
@@ -53,10 +53,8 @@ def extra(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """The delayed elongations follow their equilibrium; what is quicker than 0.05 s is elastic."""
-    units, share, rate = _units(c), _share(c, q), _rate(c, p, q[TEMPERATURE])
-    if units > 1:
-        rate *= _FIRST
-    for j in range(units):
+    share, rate = _share(c, q), _rate(c, p, q[TEMPERATURE])
+    for j in range(_units(c)):
         ds[j] = (share - s[j]) * min(rate, _QUICKEST)
         rate /= _APART
         share *= _MORE
