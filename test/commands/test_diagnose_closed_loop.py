@@ -42,8 +42,9 @@ def test_no_physics_is_made_up(report):
     assert report['findings'] == []
     assert report['unexplained'] is None
     assert report['verdict'] == 'wrong_parameters'
-    assert report['fit']['displacement']['rmse_calibrated'] < 1e-4
-    assert report['fit']['displacement']['rmse_nominal'] > 1e-3
+    errors = report['fit']['displacement']
+    assert errors['rmse_calibrated'] < 1e-4
+    assert errors['rmse_nominal'] > 5.0 * errors['rmse_calibrated']  # by how much depends on what the controller did
 
 
 def test_it_says_what_closed_loop_data_cannot_show(report):

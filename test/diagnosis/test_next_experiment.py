@@ -1,16 +1,26 @@
 """The proposed experiment is one under which what passed for alike differs by more than forms may."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer import next_experiment
-from tcp_muscle_ros.diagnosis.answer.next_experiment import Under, experiment_of, kept, propose, separation
+from tcp_muscle_ros.diagnosis.answer.next_experiment import (
+    Planned,
+    Question,
+    Under,
+    experiment_of,
+    kept,
+    propose,
+    separation,
+)
 from tcp_muscle_ros.diagnosis.answer.protocols import plans, reach
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, with_effect
-from tcp_muscle_ros.diagnosis.search.rivals import penalised, rivals_for, shrink
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, rivals_for, shrink
 
 CHANNELS = ['temperature', 'resistance', 'displacement']
 LATE = TRUE.with_effects('thermocouple_lag').replace({'thermocouple_lag.tau': 0.3})
@@ -85,6 +95,26 @@ def test_a_promise_is_worth_what_the_muscle_keeps_of_it():
     assert kept(100.0, 100.0) == pytest.approx(0.5)
     assert kept(200.0, 100.0) == pytest.approx(0.841, abs=1e-3)
     assert kept(0.0, 100.0) < 1e-9
+
+
+def test_a_promise_is_for_whichever_of_all_rivals_is_the_muscles(late, monkeypatch):
+    """Where the third is, which is near both, none of the two is left out."""
+    bare, rivals = late
+    lag, skew = rivals['thermocouple_lag'], rivals['clock_skew']
+    third = Rival('friction', replace(lag.fit), lag.score)
+    rest = next(p for p in plans(reach(bare.muscle, 0.5, NOMINAL['T0'])) if p.name == 'at rest')
+
+    def far(a, b, rounds):
+        return 0.0 if third.fit in (a.fitted, b.fitted) else 1e9
+
+    def told(*members):
+        even = [replace(rival, score=lag.score) for rival in members]
+        planned = experiment_of(rest, bare.problem.experiments[0], NOMINAL['T0'])
+        return Planned(rest, planned, Question(even, bare, 100.0)).told()['thermocouple_lag', 'clock_skew']
+
+    monkeypatch.setattr(next_experiment, 'separation', far)
+    assert told(lag, skew) == pytest.approx(1.0, abs=1e-3)
+    assert told(lag, skew, third) == pytest.approx(2 / 3, abs=1e-3)
 
 
 def test_a_plan_under_which_a_model_runs_away_tells_nothing(late):

@@ -8,7 +8,7 @@ remains says how probable it is that the new recording tells them apart.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 from scipy.stats import norm
@@ -113,13 +113,18 @@ class Planned:
         return self.question.worth(self.told(1))
 
     def told(self, rounds: int = _ROUNDS) -> dict[tuple[str, str], float]:
-        """How probable it is that each pair is told apart, whichever of the two is the muscle's."""
+        """How probable it is that each pair is told apart: whichever of all the rivals is the muscle's, one of the two
+        at least must then be far from it."""
         (without, those), question = self.models, self.question
         needed = margin(question.drop + separation(those[0], without, rounds), question.members[0].policy)
+        members = dict(zip(question.names, those, strict=True))
+        apart = {(one, two): separation(members[one], members[two], rounds) for one, two in permutations(members, 2)}
+        apart |= {(one, one): 0.0 for one in members}
+        weights = [question.odds[true] for true in members]
         told = {}
-        for (one, a), (two, b) in combinations(zip(question.names, those, strict=True), 2):
-            each = [kept(separation(a, b, rounds), needed), kept(separation(b, a, rounds), needed)]
-            told[one, two] = float(np.average(each, weights=[question.odds[one], question.odds[two]]))
+        for one, two in combinations(members, 2):
+            each = [kept(max(apart[true, one], apart[true, two]), needed) for true in members]
+            told[one, two] = float(np.average(each, weights=weights))
         return told
 
 

@@ -140,8 +140,7 @@ def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) 
     a swing, which is far larger than all else, what is missed while nothing swings.
     """
     shares = []
-    swings = without.problem.model.roles.swings in without.problem.parameters.effects
-    missed_of, left_of, leaves = (f.still_square if swings else f.mean_square for f in (missing, without, fitted))
+    missed_of, left_of, leaves = _missed(missing, without, fitted)
     found = structures(fitted)
     noises = robust_noise(fitted, found) if robust else {name: s.noise for name, s in found.items()}
     for name, noise in noises.items():
@@ -150,6 +149,24 @@ def largest_share(missing: Fit, without: Fit, fitted: Fit, robust: bool = True) 
         if missed > 0.0 and drop > _TRIFLE * noise.sigma**2:
             shares.append(drop / missed)
     return max(shares, default=0.0)
+
+
+def beyond_form(calibrated: Fit, without: Fit, fitted: Fit) -> bool:
+    """Whether an effect takes away more, in a channel, than the forms of the others may miss of what those explain
+    there: twice the standard deviation of that."""
+    may_miss = (2.0 * fitted.problem.policy.form) ** 2
+    missed_of, left_of, leaves = _missed(calibrated, without, fitted)
+    return any(
+        left_of[name] - leaves[name] > max(may_miss * (missed_of[name] - left_of[name]), _TRIFLE * s.noise.sigma**2)
+        for name, s in structures(fitted).items()
+    )
+
+
+def _missed(*models: Fit) -> list[Mapping[str, float]]:
+    """The mean square error of each by channel; beside a swing, while nothing swings."""
+    without = models[1]
+    swings = without.problem.model.roles.swings in without.problem.parameters.effects
+    return [model.still_square if swings else model.mean_square for model in models]
 
 
 def revise(
@@ -208,7 +225,7 @@ def confirm(
     conditions if they could speak for every effect, else stretches.
     """
     standing: dict[str, tuple[Gain, float]] = {}
-    other_conditions = bool(conditions(present.problem))
+    policy, other_conditions = present.problem.policy, bool(conditions(present.problem))
     strongest = max(accepted, key=lambda e: contests[e][0], default='') if alone else ''
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare, rival = shrink(present, effect), Rival(effect, present, penalised(present))
@@ -218,10 +235,11 @@ def confirm(
         # show none. All of them were asked when it was picked.
         swings = effect == present.problem.model.roles.swings
         holds = gain.plain if swings else gain.holds
+        rest = policy.of_rest_at_first if beyond_form(calibrated, bare, present) else policy.of_rest
         fits_in = (
             swings
             or effect == strongest
-            or good_company(calibrated, bare, present, present.problem.policy.of_rest, least_of_all(rival), apart=apart)
+            or good_company(calibrated, bare, present, rest, least_of_all(rival), apart=apart)
         )
         trace = any(r.effect == effect and not begins(r) for r in contests[effect][1])  # and foretold all the same
         if holds and fits_in and (sound(rival) if trace else begins(rival)):
