@@ -58,8 +58,21 @@ def test_slips_are_found_with_their_instants_and_sizes_and_nothing_else_is_moved
     for k, unknown in enumerate(found.problem.unknowns):
         low, high = calibrated.interval(k, 3.0)
         assert low <= unknown.from_fit(float(found.z[k])) <= high, unknown.name
-    rate, unsure = mean_leakage(found)
-    assert 0.0 < unsure < rate
+    assert_foretells_what_slipped(found, sum(slip.size for slip in slips))
+
+
+def assert_foretells_what_slipped(found, whole):
+    """The muscle with the mean of the slips has lost as much length in the end as all of them."""
+    mean = mean_leakage(found)
+    assert 0.0 < mean.unsure < mean.rate
+    leaking = found.muscle.with_effects('torsional_leakage').replace(
+        {'torsional_leakage.r': mean.rate, 'torsional_leakage.Dc': mean.begins}
+    )
+    lost = 0.0
+    for experiment, plain in zip(found.problem.experiments, found.outputs, strict=True):
+        outputs = experiment.outputs(leaking)
+        lost += (outputs.length - plain.length)[-1]
+    assert lost == pytest.approx(whole, rel=0.1)
 
 
 def test_a_fit_that_was_not_finished_neither_slips_nor_leaps(calibrated):

@@ -91,7 +91,7 @@ def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
     roles = fitted.problem.model.roles
     leakage = slips.mean_leakage(fitted) if effect == roles.slips else None
     if leakage is not None:
-        rate, beside = leakage[0], 1.645 * leakage[1]
+        rate, beside = leakage.rate, 1.645 * leakage.unsure
         row = SPECIFICATIONS[roles.rate]
         found[row.name] = Value(rate, max(rate - beside, row.low), min(rate + beside, row.high), row.unit)
     for k, u in enumerate(fitted.problem.unknowns):

@@ -38,7 +38,9 @@ def improved_muscle(selection: Selection) -> Parameters:
     if leakage is None:
         return muscle.only_effects(physics)
     roles = final.problem.model.roles
-    return muscle.only_effects([*physics, roles.slips]).replace({roles.rate: leakage[0], roles.begins: 0.0})
+    return muscle.only_effects([*physics, roles.slips]).replace(
+        {roles.rate: leakage.rate, roles.begins: leakage.begins}
+    )
 
 
 def foretelling(final: Fit, calibrated: Fit) -> Fit:

@@ -6,7 +6,7 @@ turns lost; anything else has no name in the catalogue.
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -32,6 +32,7 @@ _RINGS = 5.0  # s after a step of the load
 _APART, _APART_BESIDE = 1.0, 0.25  # s between a slip and a step of drive or load; and beside other slips
 _SAMPLES_APART = 3.0  # between slips
 _UNSURE = 3.0  # times what is usual: what is slow and missed bends them too
+_HOLDS = 0.9  # of the least torque at which the end slipped
 _ROUNDS = 3
 
 
@@ -125,19 +126,36 @@ def taken_out(fitted: Fit) -> Fit:
     return settle_noise(_with(fitted, [()] * len(fitted.problem.experiments)), 1)[0]
 
 
-def mean_leakage(fitted: Fit) -> tuple[float, float] | None:
-    """The rate (1/s) of the effect whose mean the slips of a fit are, from no contraction on; and its standard
-    deviation. None without any, or where the effect's own flow was fitted."""
-    slips = [slip.size for slip in fitted.problem.slips if slip.channel == fitted.problem.model.motion]
-    if not slips or fitted.problem.model.roles.slips in fitted.problem.parameters.effects:
+@dataclass(frozen=True)
+class Leakage:
+    """The mean of sudden slips as the effect whose mean they are: its ``rate`` (1/s), what that is known to (standard
+    deviation), and the torque from which it ``begins``, in the unit of the motion."""
+
+    rate: float
+    unsure: float
+    begins: float
+
+
+def mean_leakage(fitted: Fit) -> Leakage | None:
+    """What the slips of a fit are in the mean; None without any, or where the effect's own flow was fitted.
+
+    What clamped the end held up to about the least torque at which it slipped.
+    """
+    problem = fitted.problem
+    motion = problem.model.motion
+    sizes = [slip.size for slip in problem.slips if slip.channel == motion]
+    if not sizes or problem.model.roles.slips in problem.parameters.effects:
         return None
-    exposed = 0.0
-    for experiment, outputs in zip(fitted.problem.experiments, fitted.outputs, strict=True):
-        if experiment.model.motion in experiment.observed:
-            contracted = np.maximum(experiment.model.exposed(fitted.muscle, outputs), 0.0)
-            exposed += float(np.sum(contracted[:-1] * np.diff(outputs.time)))
-    rate = sum(slips) / exposed
-    return rate, rate * float(np.sqrt(1.0 + np.var(slips) / np.mean(slips) ** 2) / np.sqrt(len(slips)))
+    seen, at = [], []
+    for experiment, latent, outputs in zip(problem.experiments, problem.latents, fitted.outputs, strict=True):
+        if motion in experiment.observed:
+            torque = experiment.model.exposed(fitted.muscle, outputs)
+            seen.append((np.diff(outputs.time), torque[:-1]))
+            at += [float(np.interp(s.time, outputs.time, torque)) for s in latent.slips if s.channel == motion]
+    begins = _HOLDS * max(min(at), 0.0)
+    rate = sum(sizes) / sum(float(np.maximum(torque - begins, 0.0) @ step) for step, torque in seen)
+    unsure = rate * float(np.sqrt(1.0 + np.var(sizes) / np.mean(sizes) ** 2) / np.sqrt(len(sizes)))
+    return Leakage(rate, unsure, begins)
 
 
 def _with(fitted: Fit, slips: Sequence[Sequence[Slip]]) -> Fit:

@@ -157,7 +157,7 @@ class Model(Protocol):
         """Its slowest, s."""
 
     def exposed(self, parameters: Any, outputs: Any) -> Array:
-        """What sudden slips of the end take a share of, in the unit of its motion, at each instant."""
+        """What makes the end slip, beyond what holds it, in the unit of its motion, at each instant."""
 
     def unknowns(self, recordings: Sequence[Recorded], nominal: Any, separate: Mapping[str, bool]) -> list[Unknown]:
         """What a calibration fits: what the recorded channels can say anything about."""

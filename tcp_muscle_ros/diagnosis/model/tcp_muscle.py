@@ -148,9 +148,9 @@ class TcpMuscle(Model):
         return float(parameters['C'] / parameters['hA'])
 
     def exposed(self, parameters: Parameters, outputs: Outputs) -> Array:
-        """Its contraction by temperature alone, m: of that, turns are lost."""
+        """The torque of its end, m: its contraction by temperature alone, and what the load stretches it by."""
         cold, warm = (length(parameters, at, 0.0) for at in (parameters['T0'], outputs.fibre_temperature))
-        return np.asarray(cold - warm)
+        return np.asarray(cold - warm + length(parameters, outputs.fibre_temperature, outputs.force) - warm)
 
     def unknowns(
         self, recordings: Sequence[Recorded], nominal: Parameters, separate: Mapping[str, bool]

@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.search.rivals import (
     Rival,
     begins,
     margin,
+    one_for_all,
     own,
     penalised,
     prefer,
@@ -82,8 +83,21 @@ def foretelling(bare: Fit, chosen: Rival, rivals: Sequence[Rival]) -> Rival:
     for rival in sorted(filter(sound, able), key=lambda r: r.score)[:_ASKED]:
         gain, _ = confirmation(bare, rival.fit)
         if gain.holds and gain.total >= most:
-            return rival
+            return chosen if _alike_each_time(bare, chosen, rival) else rival
     return chosen
+
+
+def _alike_each_time(bare: Fit, chosen: Rival, law: Rival) -> bool:
+    """Whether it is the course of a sensor, of which one for all recordings explains as much as the law does and
+    foretells, too: what warms up may do so alike each time."""
+    if not _own_course(chosen) or chosen.definition.stage != 'sensor':
+        return False
+    shared = one_for_all(bare, chosen.effect)
+    if shared is None or not begins(shared):
+        return False
+    best = min(shared.score, law.score)
+    alike = shared.score - best < margin(penalised(bare) - best, shared.policy)
+    return alike and confirmation(bare, shared.fit)[0].holds
 
 
 def in_place_of(chosen: Rival, instead: Rival, rivals: Sequence[Rival]) -> list[Rival]:
@@ -186,6 +200,9 @@ def revise(
         for effect in list(accepted):
             if not present.problem.work.left:
                 break
+            # What a swing leaves of itself weighs little, and hides what it took: all of it was asked for at first.
+            if effect == present.problem.model.roles.swings:
+                continue
             bare = shrink(present, effect)
             known = [r.effect for r in first[effect][1]] if effect in first else []
             pool = [e for e in dict.fromkeys((*effects, *known)) if e == effect or e not in accepted]
@@ -231,10 +248,8 @@ def confirm(
         bare, rival = shrink(present, effect), Rival(effect, present, penalised(present))
         gain, looked_at = confirmation(bare, present)
         apart = stands_apart(effect, present, accepted)
-        # What a swing leaves of itself weighs little, and hides what it took: of the folds that then still differ, most
-        # show none. All of them were asked when it was picked.
-        swings = effect == present.problem.model.roles.swings
-        holds = gain.plain if swings else gain.holds
+        swings = effect == present.problem.model.roles.swings  # unseen data confirmed it when it was picked, see above
+        holds = swings or gain.holds
         rest = policy.of_rest_at_first if beyond_form(calibrated, bare, present) else policy.of_rest
         fits_in = (
             swings

@@ -173,12 +173,7 @@ class Gain:
 
         The scatter counts half: an effect that acts in a few moments only improves few clusters, and those much.
         """
-        return not self.fails and self.plain
-
-    @property
-    def plain(self) -> bool:
-        """Whether they improve altogether beyond chance, and not by one cluster against the others."""
-        return self.total > 3.0 * self.chance and self.total > 0.5 * self.scatter
+        return not self.fails and self.total > 3.0 * self.chance and self.total > 0.5 * self.scatter
 
     @property
     def fails(self) -> bool:

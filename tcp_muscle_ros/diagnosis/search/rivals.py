@@ -9,7 +9,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, structures, with_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import without_effect
 from tcp_muscle_ros.diagnosis.model.unknown import Unknown
-from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen, with_effect
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.settings.policy import Policy
@@ -128,6 +128,13 @@ def rivals_for(
     bar = bare - _CHOOSING * max((bare - rival.score for rival in found), default=0.0)
     found = [_best_choice(rival, progress) if rival.score <= bar else rival for rival in found]
     return sorted(found, key=lambda r: r.score)
+
+
+def one_for_all(base: Fit, effect: str) -> Rival | None:
+    """The effect with one strength for all recordings, refitted on top of a fit; None where the model runs away."""
+    found = [candidate for candidate in Screen.of(base).candidates(effect) if not candidate.own]
+    grown = grow(base, max(found, key=lambda c: c.gain), rounds=_HEAT) if found else None
+    return None if grown is None else _to_the_end(Rival(effect, grown, penalised(grown)))
 
 
 def _to_the_end(rival: Rival) -> Rival:
