@@ -62,9 +62,9 @@ def test_what_is_held_out_of_a_muscle_that_wears_comes_after_what_was_recorded(t
 
 @pytest.fixture(scope='module')
 def proven(tmp_path_factory):
-    """Two cases through every phase, and once more over what is already there."""
+    """A case through every phase, and once more over what is already there."""
     folder = tmp_path_factory.mktemp('proof')
-    arguments = ['--cases', '2', '--seed', '8', '--output', str(folder), '--samples', '300', '--jobs', '1']
+    arguments = ['--cases', '1', '--seed', '8', '--output', str(folder), '--samples', '300', '--jobs', '1']
     assert prove.main(arguments) == 0
     return folder, arguments
 
@@ -73,10 +73,9 @@ def proven(tmp_path_factory):
 def test_a_sample_is_proven_from_end_to_end(proven):
     folder, _ = proven
     for method in FOLDERS:
-        for name in ('case_0000', 'case_0001'):
-            report = json.loads((folder / 'reports' / method / name / 'report.json').read_text())
-            assert report['verdict']
-            assert (folder / 'reports' / method / name / 'held_out.json').is_file()
+        answer = folder / 'reports' / method / 'case_0000'
+        assert json.loads((answer / 'report.json').read_text())['verdict']
+        assert (answer / 'held_out.json').is_file()
     told = json.loads((folder / 'scores.json').read_text())
     assert set(told['compared']) == set(FOLDERS)
     assert set(told['methods']) == {'diagnosis'}
