@@ -8,6 +8,7 @@ from diagnosis.made import NOMINAL, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.search import company
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.company import foretelling, least_of_all
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, own, penalised, rivals_for, sound
@@ -39,6 +40,13 @@ def drifted(run, seed):
     return replace(run, observed=observed)
 
 
+def warmed(run, size):
+    """The same recording, by a laser that warms up: so much (m) within minutes."""
+    shown = run.observed['displacement']
+    course = size * (1.0 - np.exp(-(shown.time - shown.time[0]) / 60.0))
+    return replace(run, observed={**run.observed, 'displacement': replace(shown, value=shown.value + course)})
+
+
 @pytest.mark.parametrize('flows', [True, False])
 def test_a_law_that_foretells_new_recordings_goes_before_what_each_has_for_itself(flows):
     """A flow is foretold, chance is not: three runs, each with a course of its own."""
@@ -53,6 +61,18 @@ def test_a_law_that_foretells_new_recordings_goes_before_what_each_has_for_itsel
     assert foretelling(bare, law, [law, chance]) is law
     usual = law.policy.of_all
     assert (least_of_all(law), least_of_all(chance)) == (usual, 2.0 * usual)
+
+
+def test_a_sensor_that_warms_up_alike_each_time_keeps_its_name(monkeypatch):
+    """A first cycle in every recording foretells such a drift as well, but no better than the drift itself."""
+    made = zip(recorded(TRUE, 0.3, 0.588, 0.98), (1.0e-3, 1.8e-3, 0.7e-3), strict=True)
+    bare = calibrated([warmed(run, size) for run, size in made])
+    ranked, _ = screen(bare, ['first_cycle', 'displacement_drift'])
+    law, drift = sorted(rivals_for(bare, ranked, None, also=['first_cycle']), key=own)
+    assert (law.effect, own(drift)) == ('first_cycle', True)
+    assert foretelling(bare, drift, [law, drift]) is drift
+    monkeypatch.setattr(company, 'one_for_all', lambda *_: None)
+    assert foretelling(bare, drift, [law, drift]) is law
 
 
 def test_a_trace_that_foretells_is_named():

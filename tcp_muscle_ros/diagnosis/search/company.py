@@ -88,16 +88,18 @@ def foretelling(bare: Fit, chosen: Rival, rivals: Sequence[Rival]) -> Rival:
 
 
 def _alike_each_time(bare: Fit, chosen: Rival, law: Rival) -> bool:
-    """Whether it is the course of a sensor, of which one for all recordings explains as much as the law does and
-    foretells, too: what warms up may do so alike each time."""
+    """Whether it is the course of a sensor that the law plainly misses, and of which one course for all recordings
+    explains as much as the law does and foretells, too: what warms up may do so alike each time."""
+    policy, without = chosen.policy, penalised(bare)
     if not _own_course(chosen) or chosen.definition.stage != 'sensor':
+        return False
+    if law.score - chosen.score < margin(without - chosen.score, policy):
         return False
     shared = one_for_all(bare, chosen.effect)
     if shared is None or not begins(shared):
         return False
     best = min(shared.score, law.score)
-    alike = shared.score - best < margin(penalised(bare) - best, shared.policy)
-    return alike and confirmation(bare, shared.fit)[0].holds
+    return shared.score - best < margin(without - best, policy) and confirmation(bare, shared.fit)[0].holds
 
 
 def in_place_of(chosen: Rival, instead: Rival, rivals: Sequence[Rival]) -> list[Rival]:
