@@ -65,7 +65,7 @@ def test_a_law_that_foretells_new_recordings_goes_before_what_each_has_for_itsel
 
 def test_a_sensor_that_warms_up_alike_each_time_keeps_its_name(monkeypatch):
     """A first cycle in every recording foretells such a drift as well, but no better than the drift itself."""
-    made = zip(recorded(TRUE, 0.3, 0.588, 0.98), (1.0e-3, 1.8e-3, 0.7e-3), strict=True)
+    made = zip(recorded(TRUE, 0.3, 0.588, 0.98), (1.0e-3, 1.4e-3, 0.9e-3), strict=True)
     bare = calibrated([warmed(run, size) for run, size in made])
     ranked, _ = screen(bare, ['first_cycle', 'displacement_drift'])
     law, drift = sorted(rivals_for(bare, ranked, None, also=['first_cycle']), key=own)

@@ -88,18 +88,16 @@ def foretelling(bare: Fit, chosen: Rival, rivals: Sequence[Rival]) -> Rival:
 
 
 def _alike_each_time(bare: Fit, chosen: Rival, law: Rival) -> bool:
-    """Whether it is the course of a sensor that the law plainly misses, and of which one course for all recordings
-    explains as much as the law does and foretells, too: what warms up may do so alike each time."""
+    """Whether it is the course of a sensor of which one for all recordings foretells, too, and explains more than the
+    law; or as much, where the law plainly misses the course. What warms up may do so alike each time."""
     policy, without = chosen.policy, penalised(bare)
-    if not _own_course(chosen) or chosen.definition.stage != 'sensor':
-        return False
-    if law.score - chosen.score < margin(without - chosen.score, policy):
-        return False
-    shared = one_for_all(bare, chosen.effect)
+    shared = one_for_all(bare, chosen.effect) if _own_course(chosen) and chosen.definition.stage == 'sensor' else None
     if shared is None or not begins(shared):
         return False
+    missed = law.score - chosen.score >= margin(without - chosen.score, policy)
     best = min(shared.score, law.score)
-    return shared.score - best < margin(without - best, policy) and confirmation(bare, shared.fit)[0].holds
+    least = margin(without - best, policy) if missed else -policy.told_apart
+    return shared.score - law.score < least and confirmation(bare, shared.fit)[0].holds
 
 
 def in_place_of(chosen: Rival, instead: Rival, rivals: Sequence[Rival]) -> list[Rival]:
