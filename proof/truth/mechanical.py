@@ -6,7 +6,7 @@ from scipy.special import expit
 
 from proof.truth.body import free_change
 from proof.truth.concealed import HOT, Draw, Outcome, effect, reached
-from proof.truth.memory import nearness
+from proof.truth.memory import still_free, unheld
 from proof.truth.plant import D_GRID, F_GRID, H_GRID, KELVIN, T_GRID, Array
 
 
@@ -52,14 +52,14 @@ def viscous_flow(d: Draw) -> Outcome:
     )
 
 
-@effect('hysteresis', 'mechanical', ('relays', 'loop_proximity', 'phase_kinetics'), ('staircase', 'paper', 'rates'))
+@effect('hysteresis', 'mechanical', ('relays', 'held_walls', 'phase_kinetics'), ('staircase', 'paper', 'rates'))
 def hysteresis(d: Draw) -> Outcome:
-    """A loop that does not depend on the rate: a density of relays, limits that draw the nearer the further it is from
-    its last turn, or a phase that lingers."""
+    """A loop that does not depend on the rate: a density of relays, domains whose walls are held the more firmly the
+    further they have gone, or a phase that lingers."""
     share, width = d.between(0.01, 0.10), d.any(5.0, 15.0)  # of the stroke; K
     stroke = abs(free_change(d.body, np.array([HOT]))[0])
     if d.form == 1:
-        return _between_limits(d, share * stroke, share, width)
+        return _held_walls(d, share * stroke, share, width)
     if d.form == 2:  # Ivshin and Pence: each phase turns in proportion to what of it is left
         at, spread = d.any(52.0, 60.0), d.any(7.0, 11.0)
         comes, goes = (expit((T_GRID - at - side * width / 2.0) / spread) for side in (1.0, -1.0))
@@ -87,28 +87,38 @@ def hysteresis(d: Draw) -> Outcome:
     )
 
 
-def _between_limits(d: Draw, size: float, share: float, width: float) -> Outcome:
-    """The loop of de Almeida, Deep, Lima and Neff (2003); ``size`` (m): its opening on the way to HOT and back."""
-    at, spread, bend = d.any(48.0, 60.0), d.any(6.0, 12.0), d.any(0.68, 0.95)
-
-    def curve(late: Array | float) -> Array:
-        return np.asarray(expit((T_GRID + late - at) / spread))
-
+def _held_walls(d: Draw, size: float, share: float, width: float) -> Outcome:
+    """The loop of Hauser's energetic model (1994); ``size`` (m): its opening on the way to HOT and back."""
+    at, lean, grip = d.any(48.0, 60.0), d.any(13.0, 20.0), d.any(4.0, 9.0)
     half, rest = width / 2.0, d.body.T0
-    comes = -half + width * nearness((T_GRID - rest).clip(0.0) / width, bend)
-    apart = float(np.interp(HOT, T_GRID, comes)) - half  # from the other limit, where it turns
-    goes = half + apart * nearness((HOT - T_GRID).clip(0.0) / abs(apart), bend)
+
+    def branch(turned: float, way: float, holding: float) -> Array:
+        """The order over temperature after a turn."""
+        order = np.linspace(turned, way, 4001)
+        T = at + unheld(order, lean) + way * half * (1.0 - still_free(way * (order - turned), holding, grip))
+        rising = slice(None, None, int(way))
+        return np.asarray(np.interp(T_GRID, T[rising], order[rising]))
+
+    def turn(one: float, other: float, holding: float) -> float:
+        return 2.0 - float(still_free(np.array([abs(other - one)]), holding, grip)[0])
+
+    up, down = branch(-1.0, 1.0, 2.0), branch(1.0, -1.0, 2.0)
+    cold = float(np.interp(rest, T_GRID, down))
+    holding = turn(1.0, cold, 2.0)
+    comes = branch(cold, 1.0, holding)
+    hot = float(np.interp(HOT, T_GRID, comes))
+    goes = branch(hot, -1.0, turn(cold, hot, holding))
     between = (rest < T_GRID) & (T_GRID < HOT)
-    loop = float((curve(goes) - curve(comes))[between].max())
-    up, down = curve(-half), curve(half)
-    return {'loop_share': share, 'width': width, 'at': at, 'bend': bend}, lambda b: b.set(
-        near_stroke=size / loop,
-        near_at=at,
-        near_half=half,
-        near_spread=spread,
-        near_bend=bend,
-        # where it has cooled down to T0 is its zero
-        loop_centre=(up + down + float(np.interp(rest, T_GRID, down - up))) / 2.0,
+    loop = float((goes - comes)[between].max()) / 2.0
+    # where it has cooled down to T0 is its zero
+    middle = (up + down + float(np.interp(rest, T_GRID, down - up))) / 2.0
+    return {'loop_share': share, 'width': width, 'at': at, 'grip': grip}, lambda b: b.set(
+        wall_stroke=size / loop,
+        wall_at=at,
+        wall_half=half,
+        wall_lean=lean,
+        wall_grip=grip,
+        loop_centre=(1.0 + middle) / 2.0,
     )
 
 
@@ -315,21 +325,20 @@ def friction(d: Draw) -> Outcome:
     return {'force': force}, lambda b: b.set(rub=1 + d.form, rub_limit=limit, rub_reach=reach)
 
 
-@effect('torsional_leakage', 'mechanical', ('slips', 'ageing_contact', 'giving_grip'), ('hold', 'paper', 'repeat'))
+@effect('torsional_leakage', 'mechanical', ('slips', 'relaxing_crimp', 'giving_grip'), ('hold', 'paper', 'repeat'))
 def torsional_leakage(d: Draw) -> Outcome:
-    """The end turns: sudden slips, in a contact that ages at rest and is renewed by sliding, or as long as load and
-    heat overcome its grip."""
+    """The end turns: sudden slips, in a crimp that relaxes, or as long as load and heat overcome its grip."""
     size, seed = d.between(0.0002, 0.0025), d.seed()
     if d.form == 1:
-        tau, direct, ageing = d.any(20.0, 50.0), d.any(0.35, 0.6), d.any(0.25, 0.5)
+        tau, power, grip = d.any(12.0, 30.0), d.any(0.5, 0.8), d.any(0.9, 1.3)
         numbers = {
-            'twist_renewed': d.any(0.05, 0.2),
-            'twist_back': d.any(0.3, 0.6),
-            'twist_clamp': d.any(0.3, 0.7),
-            'twist_rested': d.any(60.0, 600.0),
+            'twist_heat': d.any(0.035, 0.06),
+            'twist_soft': d.any(0.5, 0.9),
+            'twist_back': d.any(0.5, 0.7),
+            'twist_clamp': d.any(0.1, 0.4),
         }
-        return {'size': size, 'tau': tau, 'direct': direct, 'ageing': ageing}, lambda b: b.set(
-            twist=size, twist_tau=tau, twist_direct=direct, twist_ageing=ageing, **numbers
+        return {'size': size, 'tau': tau, 'power': power, 'grip': grip}, lambda b: b.set(
+            twist=size, twist_tau=tau, twist_power=power, twist_grip=grip, **numbers
         )
 
     if d.form == 2:

@@ -22,17 +22,16 @@ def remembered(p: Plant, s: State, m: Arrays) -> float:
             m.z[j] = goal + (m.z[j] - goal) * math.exp(-s.h * quick / p.creep_tau[j])
             inside += m.z[j]
     _flow(p, s)
-    if p.twist_direct > 0.0:
-        _ageing_contact(p, s)
+    if p.twist_power > 0.0:
+        _relaxing_crimp(p, s)
     elif p.twist > 0.0:
         _twist(p, s)
     inside += s.flowed + s.turned
     if len(m.relays) > 0:
         inside -= p.relay_stroke * _loops(p, m, mean)
-    if p.near_stroke > 0.0:
-        _near(p, s)
-        share = 1.0 / (1.0 + math.exp((p.near_at - mean - s.late) / p.near_spread))
-        inside -= p.near_stroke * (share - of_T(p.loop_centre, mean))
+    if p.wall_stroke > 0.0:
+        _walls(p, s)
+        inside -= p.wall_stroke * ((1.0 + s.aligned) / 2.0 - of_T(p.loop_centre, mean))
     if p.phase_stroke > 0.0:
         s.phase = _phase(p, s.phase, s.before, mean)
         inside -= p.phase_stroke * (s.phase - of_T(p.loop_centre, mean))
@@ -73,65 +72,78 @@ def _twist(p: Plant, s: State) -> None:
 
 
 @njit(cache=True, inline='always')
-def _ageing_contact(p: Plant, s: State) -> None:
-    """An end held by a contact whose grip grows with its age and is renewed by sliding.
+def _relaxing_crimp(p: Plant, s: State) -> None:
+    """An end in a crimp: it turns at once by as much as the torque is beyond the grip, and the grip relaxes.
 
-    Friction by rate and state with the ageing law (Dieterich 1979, Ruina 1983), regularised by a hyperbolic sine where
-    nothing moves (Rice and Ben-Zion 1996). What turns takes torque away from itself; with the age held for a step, the
-    way of a step is exact: its sine's argument y obeys dy/dt = -rate sinh y.
+    Coulomb's slip with the torque that a turn takes away from itself (Prager 1956). The grip falls with the temperature
+    as the polymer's own strength does, and with a power of time (Nutting 1921), which runs faster when hot (Leaderman
+    1943). Turning back is uphill, as a screw is harder to fasten than to loosen.
     """
-    grip = p.twist_clamp + (1.0 - p.twist_clamp) * s.F / 0.6
-    scale = p.twist_direct * grip  # of the torque
-    torque = s.F / 0.6 * max((s.before + s.mean) / 2.0 - p.T0, 0.0) / 47.0
-    fresh = p.twist_renewed * p.twist_tau  # s, the age at which a unit torque turns `twist` in twist_tau
-    # an age of less than a tenth of that is as good as none
-    y = (torque - p.twist_back * s.turned / p.twist) / scale
-    pace = 1.0 / (p.twist_tau * math.sinh(1.0 / p.twist_direct))
-    turn, halfway = 0.0, s.contact
-    for _ in range(2):  # the age is that of the middle of the step
-        weak = ((halfway + 0.1 * fresh) / (1.1 * fresh)) ** -p.twist_ageing
-        later = 2.0 * math.atanh(math.tanh(y / 2.0) * math.exp(-s.h * pace * weak * p.twist_back / scale))
-        turn = (y - later) * scale / p.twist_back
-        halfway = _aged(s.contact, s.h / 2.0, abs(turn) / 2.0 / p.twist_renewed)
-    s.turned += p.twist * turn
-    s.contact = _aged(s.contact, s.h, abs(turn) / p.twist_renewed)
-
-
-@njit(cache=True, inline='always')
-def _aged(age: float, h: float, slid: float) -> float:
-    """The age of a contact after h (s), in which it slid by so many times what renews it."""
-    return age * math.exp(-slid) + h * (-math.expm1(-slid) / slid if slid > 1e-12 else 1.0)
+    s.relaxed += s.h * math.exp(p.twist_heat * ((s.before + s.mean) / 2.0 - 70.0))
+    grip = p.twist_grip * (p.twist_clamp + (1.0 - p.twist_clamp) * s.F / 0.6)
+    grip *= math.exp(p.twist_soft * (70.0 - s.mean) / 47.0) * (1.0 + s.relaxed / p.twist_tau) ** -p.twist_power
+    torque = s.F / 0.6 * max(s.mean - p.T0, 0.0) / 47.0
+    least, most = torque - grip, torque + p.twist_uphill * grip
+    s.turned = min(max(s.turned, p.twist * least / p.twist_back), p.twist * most / p.twist_back)
 
 
 @njit(cache=True)
-def nearness(x: Array, bend: float) -> Array:
-    """What is left at x of the distance to the limiting curve, where x is the way since the turn over that distance.
+def unheld(order: Array, lean: float) -> Array:
+    """How far from the middle (K) domains have this order (-1 to 1) where nothing holds their walls.
 
-    The proximity function of de Almeida, Deep, Lima and Neff, "Limiting loop proximity hysteresis model", IEEE Trans.
-    Magn. 39 (2003), made for the thermal loops of vanadium dioxide.
+    The reversible part of Hauser's energetic model of hysteresis, J. Appl. Phys. 75 (1994) and 96 (2004): a straight
+    line, and the more domains have turned already, the more improbable is one that turns as well.
     """
-    return 0.5 * (1.0 - np.sin(bend * x)) * (1.0 + np.tanh(np.pi**2 - 2.0 * np.pi * x))
+    left, right = 1.0 - order, 1.0 + order
+    odds = left * np.log(np.maximum(left, 1e-300)) + right * np.log(np.maximum(right, 1e-300))
+    return lean * (order + np.sign(order) * (np.exp(odds) - 1.0) / 6.0)
 
 
 @njit(cache=True)
-def _lateness(p: Plant, s: State, T: float) -> float:
-    """How far ahead of T (K) the curve is run through, on the way since the last turn."""
-    limit = -s.way * p.near_half
-    apart = s.late_turned - limit  # K, positive while it warms
-    x = max(T - s.turned_at, 0.0) if s.way > 0.0 else max(s.turned_at - T, 0.0)
-    return limit + apart * nearness(x / max(abs(apart), 1e-9), p.near_bend)
+def still_free(gone: Array, holding: float, grip: float) -> Array:
+    """What is left of ``holding`` when the order has gone so far since its last turn; the walls put off 1 less that.
+
+    The irreversible part of the same model. At a turn, ``holding`` becomes 2 less what was left: nothing jumps.
+    """
+    return holding * np.exp(-grip * np.maximum(gone, 0.0) / holding)
 
 
 @njit(cache=True)
-def _near(p: Plant, s: State) -> None:
-    """A loop between two limiting curves, which remembers its last turn alone."""
+def _aligned(p: Plant, s: State, T: float) -> float:
+    """The order at T (degC) on the way since the last turn: the law gives T by it, so Newton's steps, kept within."""
+    low, high, order = -1.0, 1.0, s.aligned
+    for _ in range(80):
+        gone = s.way * (order - s.aligned_turned)
+        left = still_free(gone, s.holding, p.wall_grip)
+        free = unheld(order, p.wall_lean)
+        off = free + s.way * p.wall_half * (1.0 - left) - (T - p.wall_at)
+        if off > 0.0:
+            high = order
+        else:
+            low = order
+        odds = abs(math.log(max(1.0 + order, 1e-17) / max(1.0 - order, 1e-17)))
+        slope = p.wall_lean + (p.wall_lean / 6.0 + abs(free - p.wall_lean * order)) * odds
+        if gone >= 0.0:
+            slope += p.wall_half * p.wall_grip * left / s.holding
+        old, order = order, order - off / slope
+        if order < low or order > high:
+            order = (low + high) / 2.0
+        if abs(order - old) < 1e-13:
+            break
+    return order
+
+
+@njit(cache=True)
+def _walls(p: Plant, s: State) -> None:
+    """The order of domains whose walls are held, from one turn of the temperature to the next."""
     if s.way * (s.mean - s.furthest) >= 0.0:
         s.furthest = s.mean
-    elif s.way * (s.furthest - s.mean) > p.near_rest:  # turned, at a temperature that no step of time decides
-        turned_at = s.furthest - s.way * p.near_rest
-        s.late_turned = _lateness(p, s, turned_at)
-        s.turned_at, s.furthest, s.way = turned_at, s.mean, -s.way
-    s.late = _lateness(p, s, s.mean)
+    elif s.way * (s.furthest - s.mean) > p.wall_rest:  # turned, at a temperature that no step of time decides
+        s.aligned = _aligned(p, s, s.furthest - s.way * p.wall_rest)
+        gone = s.way * (s.aligned - s.aligned_turned)
+        s.holding = max(2.0 - still_free(gone, s.holding, p.wall_grip), 1e-6)
+        s.aligned_turned, s.furthest, s.way = s.aligned, s.mean, -s.way
+    s.aligned = _aligned(p, s, s.mean)
 
 
 @njit(cache=True, inline='always')

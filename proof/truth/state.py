@@ -21,9 +21,10 @@ _NUMBERS = (
     # thermal: ordered share, water (kg/kg), heat that comes late (K)
     *('order', 'wet', 'heat_to_come'),
     # what the length remembers (m, or shares)
-    *('slipped', 'flowed', 'turned', 'contact', 'phase', 'branch', 'leaning', 'peak', 'fixed_from', 'dose'),
-    # a loop between limits: which way (1: warmer), how late the curve is (K), where it turned and was at its furthest
-    *('way', 'late', 'late_turned', 'turned_at', 'furthest'),
+    *('slipped', 'flowed', 'turned', 'relaxed', 'phase', 'branch', 'leaning', 'peak', 'fixed_from', 'dose'),
+    # held walls: which way (1: warmer), the order (-1 to 1) now and at the last turn, how much of their hold was left
+    # there, and the temperature at its furthest since
+    *('way', 'aligned', 'aligned_turned', 'holding', 'furthest'),
     # a stroke that rings, a damper that relaxes, and the changes of temperature that are not yet forgotten (K)
     *('ring', 'ring_v', 'damped', 'surge'),
 )
@@ -64,9 +65,9 @@ def begin(p: Plant, ambient: float, warm: float, load: float, dose: float) -> tu
     s.F = s.F_prev = load
     s.mean = s.peak = s.fixed_from = ambient + warm
     s.phase = 1.0 / (1.0 + math.exp(-(s.peak - p.phase_at - p.phase_half) / p.phase_width))
-    s.way, s.late = -1.0, p.near_half  # it has cooled down to where it is
-    s.late_turned, s.turned_at, s.furthest = p.near_half, s.peak, s.peak
-    s.contact = p.twist_rested
+    s.way, s.aligned_turned, s.holding = -1.0, 1.0, 2.0  # it has cooled down, from where all had turned
+    s.aligned, s.furthest = -0.9, s.peak  # the order itself is found in the first step
+    s.relaxed = p.twist_rested
     s.aged = 1.0
     s.wet = p.water_share
     s.dose = dose
