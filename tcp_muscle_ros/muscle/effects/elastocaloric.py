@@ -57,7 +57,7 @@ EFFECT = Effect(
     stage='thermal',
     equation='C dT/dt = ... - g T (dH/dT)_F dF/dt',
     source='Maxwell relation of (T, F)',
-    parameters=(Parameter('g', 1.0, '1', -3.0, 5.0, 'share of the thermodynamic value', 'dS = 0 gives 1'),),
+    parameters=(Parameter('g', 1.0, '1', -3.0, 20.0, 'share of the thermodynamic value', 'dS = 0 gives 1'),),
     hooks={'begin': begin, 'heat': heat, 'initial': remember, 'commit': remember},
     strength='g',
     states=('last_force',),
