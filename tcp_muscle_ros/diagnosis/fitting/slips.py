@@ -153,7 +153,10 @@ def mean_leakage(fitted: Fit) -> Leakage | None:
             seen.append((np.diff(outputs.time), torque[:-1]))
             at += [float(np.interp(s.time, outputs.time, torque)) for s in latent.slips if s.channel == motion]
     begins = _HOLDS * max(min(at), 0.0)
-    rate = sum(sizes) / sum(float(np.maximum(torque - begins, 0.0) @ step) for step, torque in seen)
+    exposed = sum(float(np.maximum(torque - begins, 0.0) @ step) for step, torque in seen)
+    if not exposed > 0.0:  # nothing pulled at it: then no torque made it slip
+        return None
+    rate = sum(sizes) / exposed
     unsure = rate * float(np.sqrt(1.0 + np.var(sizes) / np.mean(sizes) ** 2) / np.sqrt(len(sizes)))
     return Leakage(rate, unsure, begins)
 
