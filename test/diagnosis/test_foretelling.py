@@ -30,21 +30,22 @@ def calibrated(runs):
     return settle_noise(in_turn(calibrate(runs, NOMINAL).fit))[0]
 
 
-def drifted(run, seed):
-    """The same recording, as a sensor shows it that drifts by chance: 2 mm to and fro within it."""
-    rng = np.random.default_rng(seed)
+def shown_with(run, course):
+    """The same recording, by a sensor that is off by a course (m) over the seconds since it began."""
     shown = run.observed['displacement']
-    share = (shown.time - shown.time[0]) / np.ptp(shown.time)
-    course = 1e-3 * (rng.normal() * share + rng.normal() * share**2)
-    observed = {**run.observed, 'displacement': replace(shown, value=shown.value + course)}
-    return replace(run, observed=observed)
+    off = replace(shown, value=shown.value + course(shown.time - shown.time[0]))
+    return replace(run, observed={**run.observed, 'displacement': off})
+
+
+def drifted(run, seed):
+    """By one that drifts by chance: 2 mm to and fro within it."""
+    slope, bend = np.random.default_rng(seed).normal(size=2)
+    return shown_with(run, lambda since: 1e-3 * (slope * since / since[-1] + bend * (since / since[-1]) ** 2))
 
 
 def warmed(run, size):
-    """The same recording, by a laser that warms up: so much (m) within minutes."""
-    shown = run.observed['displacement']
-    course = size * (1.0 - np.exp(-(shown.time - shown.time[0]) / 60.0))
-    return replace(run, observed={**run.observed, 'displacement': replace(shown, value=shown.value + course)})
+    """By one that warms up: so much (m) within minutes."""
+    return shown_with(run, lambda since: size * (1.0 - np.exp(-since / 60.0)))
 
 
 @pytest.mark.parametrize('flows', [True, False])

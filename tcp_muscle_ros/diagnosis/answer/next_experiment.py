@@ -119,11 +119,10 @@ class Planned:
         needed = margin(question.drop + separation(those[0], without, rounds), question.members[0].policy)
         members = dict(zip(question.names, those, strict=True))
         apart = {(one, two): separation(members[one], members[two], rounds) for one, two in permutations(members, 2)}
-        apart |= {(one, one): 0.0 for one in members}
         weights = [question.odds[true] for true in members]
         told = {}
         for one, two in combinations(members, 2):
-            each = [kept(max(apart[true, one], apart[true, two]), needed) for true in members]
+            each = [kept(max(apart[true, far] for far in {one, two} - {true}), needed) for true in members]
             told[one, two] = float(np.average(each, weights=weights))
         return told
 

@@ -176,11 +176,10 @@ def beyond_form(calibrated: Fit, without: Fit, fitted: Fit) -> bool:
     )
 
 
-def _missed(*models: Fit) -> list[Mapping[str, float]]:
+def _missed(missing: Fit, without: Fit, fitted: Fit) -> list[Mapping[str, float]]:
     """The mean square error of each by channel; beside a swing, while nothing swings."""
-    without = models[1]
     swings = without.problem.model.roles.swings in without.problem.parameters.effects
-    return [model.still_square if swings else model.mean_square for model in models]
+    return [model.still_square if swings else model.mean_square for model in (missing, without, fitted)]
 
 
 def revise(

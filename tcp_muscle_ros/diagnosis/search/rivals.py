@@ -132,9 +132,9 @@ def rivals_for(
 
 def one_for_all(base: Fit, effect: str) -> Rival | None:
     """The effect with one strength for all recordings, refitted on top of a fit; None where the model runs away."""
-    found = [candidate for candidate in Screen.of(base).candidates(effect) if not candidate.own]
-    grown = grow(base, max(found, key=lambda c: c.gain), rounds=_HEAT) if found else None
-    return None if grown is None else _to_the_end(Rival(effect, grown, penalised(grown)))
+    shared = [candidate for candidate in Screen.of(base).candidates(effect) if not candidate.own]
+    best = sorted(shared, key=lambda c: -c.gain)[:1]
+    return next(iter(rivals_for(base, best, None)), None)
 
 
 def _to_the_end(rival: Rival) -> Rival:
