@@ -6,7 +6,7 @@ from scipy.special import expit
 
 from proof.truth.body import free_change
 from proof.truth.concealed import HOT, Draw, Outcome, effect, reached
-from proof.truth.memory import still_free, unheld
+from proof.truth.memory import held_anew, still_free, unheld
 from proof.truth.plant import D_GRID, F_GRID, H_GRID, KELVIN, T_GRID, Array
 
 
@@ -99,15 +99,12 @@ def _held_walls(d: Draw, size: float, share: float, width: float) -> Outcome:
         rising = slice(None, None, int(way))
         return np.asarray(np.interp(T_GRID, T[rising], order[rising]))
 
-    def turn(one: float, other: float, holding: float) -> float:
-        return 2.0 - float(still_free(np.array([abs(other - one)]), holding, grip)[0])
-
     up, down = branch(-1.0, 1.0, 2.0), branch(1.0, -1.0, 2.0)
     cold = float(np.interp(rest, T_GRID, down))
-    holding = turn(1.0, cold, 2.0)
+    holding = held_anew(1.0 - cold, 2.0, grip)
     comes = branch(cold, 1.0, holding)
     hot = float(np.interp(HOT, T_GRID, comes))
-    goes = branch(hot, -1.0, turn(cold, hot, holding))
+    goes = branch(hot, -1.0, held_anew(hot - cold, holding, grip))
     between = (rest < T_GRID) & (T_GRID < HOT)
     loop = float((goes - comes)[between].max()) / 2.0
     # where it has cooled down to T0 is its zero

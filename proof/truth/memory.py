@@ -62,9 +62,15 @@ def _flow(p: Plant, s: State) -> None:
 
 
 @njit(cache=True, inline='always')
+def _torque(p: Plant, s: State) -> float:
+    """What load and heat turn the end with, as a share of that at 0.6 N, 70 degC."""
+    return s.F / 0.6 * max(s.mean - p.T0, 0.0) / 47.0
+
+
+@njit(cache=True, inline='always')
 def _twist(p: Plant, s: State) -> None:
     """An end that gives way to the torque beyond its grip."""
-    torque = s.F / 0.6 * max(s.mean - p.T0, 0.0) / 47.0
+    torque = _torque(p, s)
     if torque > p.twist_grip:
         s.turned += s.h * p.twist / p.twist_tau * (torque - p.twist_grip) / (1.0 - p.twist_grip)
     elif torque < 0.3 * p.twist_grip:
@@ -82,7 +88,7 @@ def _relaxing_crimp(p: Plant, s: State) -> None:
     s.relaxed += s.h * math.exp(p.twist_heat * ((s.before + s.mean) / 2.0 - 70.0))
     grip = p.twist_grip * (p.twist_clamp + (1.0 - p.twist_clamp) * s.F / 0.6)
     grip *= math.exp(p.twist_soft * (70.0 - s.mean) / 47.0) * (1.0 + s.relaxed / p.twist_tau) ** -p.twist_power
-    torque = s.F / 0.6 * max(s.mean - p.T0, 0.0) / 47.0
+    torque = _torque(p, s)
     least, most = torque - grip, torque + p.twist_uphill * grip
     s.turned = min(max(s.turned, p.twist * least / p.twist_back), p.twist * most / p.twist_back)
 
@@ -103,9 +109,15 @@ def unheld(order: Array, lean: float) -> Array:
 def still_free(gone: Array, holding: float, grip: float) -> Array:
     """What is left of ``holding`` when the order has gone so far since its last turn; the walls put off 1 less that.
 
-    The irreversible part of the same model. At a turn, ``holding`` becomes 2 less what was left: nothing jumps.
+    The irreversible part of the same model.
     """
     return holding * np.exp(-grip * np.maximum(gone, 0.0) / holding)
+
+
+@njit(cache=True)
+def held_anew(gone: float, holding: float, grip: float) -> float:
+    """``holding`` from a turn on, after the order has gone so far: 2 less what was left, so that nothing jumps."""
+    return max(2.0 - still_free(gone, holding, grip), 1e-6)
 
 
 @njit(cache=True)
@@ -140,8 +152,7 @@ def _walls(p: Plant, s: State) -> None:
         s.furthest = s.mean
     elif s.way * (s.furthest - s.mean) > p.wall_rest:  # turned, at a temperature that no step of time decides
         s.aligned = _aligned(p, s, s.furthest - s.way * p.wall_rest)
-        gone = s.way * (s.aligned - s.aligned_turned)
-        s.holding = max(2.0 - still_free(gone, s.holding, p.wall_grip), 1e-6)
+        s.holding = held_anew(s.way * (s.aligned - s.aligned_turned), s.holding, p.wall_grip)
         s.aligned_turned, s.furthest, s.way = s.aligned, s.mean, -s.way
     s.aligned = _aligned(p, s, s.mean)
 
