@@ -22,6 +22,7 @@ from std_msgs.msg import Float64
 
 STARTING = 120.0  # s; a first start compiles the model, and the machine may be busy
 PATIENCE = 30.0  # s, for what a running node does
+ASKING = 10.0  # s, after which a service is asked again
 DOMAIN = 1 + (os.getpid() + 37) % 100
 ENVIRONMENT = {
     **os.environ,
@@ -238,11 +239,24 @@ class Bench:
             thread.join()
 
     def call(self, kind, service, **fields):
+        """What the service answers; asked again where nothing came.
+
+        A request is lost where the node of the same name that a test before killed is still believed to be there, an
+        answer where the node does not know yet who asked.
+        """
         client = self.node.create_client(kind, service)
         assert client.wait_for_service(STARTING), service
-        future = client.call_async(kind.Request(**fields))
-        self.until(future.done, f'{service} does not answer')
-        return future.result()
+        asked, again = [client.call_async(kind.Request(**fields))], time.monotonic() + ASKING
+
+        def answered():
+            nonlocal again
+            if time.monotonic() > again:
+                again += ASKING
+                asked.append(client.call_async(kind.Request(**fields)))
+            return any(future.done() for future in asked)
+
+        self.until(answered, f'{service} does not answer', STARTING)
+        return next(future.result() for future in asked if future.done())
 
 
 @pytest.fixture(scope='module')
