@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, ages, cali
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import own_unknowns
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
@@ -133,11 +133,11 @@ def users_errors(report: Path, folder: Path) -> dict[str, float]:
 def replay(experiment: Experiment, muscle: Parameters, before: Sequence[Experiment] = ()) -> Replayed:
     """Run a muscle freely under the recorded inputs, as old as it is after the recordings ``before``.
 
-    Fitted is only what the recording brings of its own: the room, the temperature at the start, the zero of
-    displacement and force. They are no property of a muscle.
+    Fitted is only what the recording brings of its own: the room, the temperature and other states at the start, the
+    zero of displacement and force. They are no property of a muscle.
     """
     cycles, used = ages([*before, experiment], [e.outputs(muscle) for e in before])[-1]
-    own = tuple(u for u in base_unknowns([experiment], muscle) if u.recording is not None)
+    own = own_unknowns(experiment, muscle)
     problem = Problem((experiment,), muscle, own, quick_noise([experiment]), (Latent(cycles, used),))
     return replayed(fit(problem, rounds=ROUNDS, tolerance=1e-5), 0)
 

@@ -49,6 +49,7 @@ def own_note(own: Own) -> str:
     for name, zero in own.zeros.items():
         unit, factor = SHOWN[name]
         said += [f'the zero of {name} {zero * factor:+.3g} {unit}']
+    said += [f'{name} {value:.2g}' for name, value in own.states.items()]
     return f'fitted to this recording only: {", ".join(said)} (--as-given takes them as stated)'
 
 

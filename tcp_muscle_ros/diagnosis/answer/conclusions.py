@@ -100,7 +100,7 @@ def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
         low, high = fitted.interval(k)
         value = u.from_fit(float(fitted.z[k]))
         row = SPECIFICATIONS[u.name]
-        edge = any(np.isclose(value, end, rtol=1e-4) and end != row.value for end in (u.low, u.high))
+        edge = not u.state and any(np.isclose(value, end, rtol=1e-4) and end != row.value for end in (u.low, u.high))
         usual = float('nan') if EFFECTS[effect].strength == row.name else row.value
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         owner = '' if u.recording is None else f' [{u.recording + 1}]'

@@ -31,8 +31,8 @@ def improved_muscle(selection: Selection) -> Parameters:
     these recordings does so otherwise in the next. Of slips at their own instants it keeps the mean.
     """
     final = selection.best
-    muscle = now(foretelling(final, selection.calibrated))
-    own = {u.name.split('.')[0] for u in final.problem.unknowns if '.' in u.name and u.recording is not None}
+    muscle = as_it_begins(now(foretelling(final, selection.calibrated)), final)
+    own = {u.name.split('.')[0] for u in final.problem.unknowns if u.each_has}
     physics = [e for e in muscle.effects if not (EFFECTS[e].stage == 'sensor' or EFFECTS[e].circumstance or e in own)]
     leakage = slips.mean_leakage(final) if selection.leapt is None else None
     if leakage is None:
@@ -83,6 +83,16 @@ def now(fitted: Fit) -> Parameters:
         return fitted.muscle
     cycles, used = ages((*problem.experiments, problem.experiments[0]), fitted.outputs)[-1]
     return fitted.muscle.replace(_age(problem.with_latent(Latent(cycles, used), 0), 0))
+
+
+def as_it_begins(muscle: Parameters, fitted: Fit) -> Parameters:
+    """The muscle in the state that a recording of it usually begins in: the mean of all but the first, in which it may
+    have been new."""
+    found: dict[str, list[float]] = {}
+    for name, recording in (u.key for u in fitted.problem.unknowns if u.state and '.' in u.name):
+        if recording or len(fitted.problem.experiments) == 1:
+            found.setdefault(name, []).append(fitted.values[name, recording])
+    return muscle.replace({name: float(np.mean(values)) for name, values in found.items()})
 
 
 def ages_of(problem: Problem) -> tuple[Age, ...]:

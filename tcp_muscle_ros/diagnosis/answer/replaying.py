@@ -1,7 +1,8 @@
 """Replay: drive the model with recorded inputs, free-run, and compare each channel.
 
-A recording brings three things of its own, which are no property of a muscle: the temperature of the room, that of the
-fibre at the start, and the zero of its displacement or force. ``own_of`` fits these and nothing else.
+A recording brings things of its own, which are no property of a muscle: the temperature of the room, that of the fibre
+at the start and what else it has not yet recovered from, and the zero of its displacement or force. ``own_of`` fits
+these and nothing else.
 """
 
 from collections.abc import Mapping
@@ -12,7 +13,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import own_unknowns
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
@@ -71,16 +72,22 @@ def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
 @dataclass(frozen=True)
 class Own:
     """What a recording brings of its own: ``ambient`` (K, None: as it was recorded), the fibre's temperature at the
-    ``start`` (K), and by channel what is shown at the model's ``zeros`` (SI)."""
+    ``start`` (K), by channel what is shown at the model's ``zeros`` (SI), and the ``states`` of the muscle's effects at
+    the start, by parameter."""
 
     ambient: float | None
     start: float
     zeros: Mapping[str, float] = field(default_factory=dict)
+    states: Mapping[str, float] = field(default_factory=dict)
 
     def run(self, experiment: Experiment, muscle: Parameters) -> dict[str, Array]:
         """What the muscle shows in the recording (SI), shapes as observed."""
-        shown = experiment.predict(muscle, self.start, self.room(experiment))
+        shown = experiment.predict(self.begun(muscle), self.start, self.room(experiment))
         return {name: values + self.zeros.get(name, 0.0) for name, values in shown.items()}
+
+    def begun(self, muscle: Parameters) -> Parameters:
+        """The muscle in the states in which the recording begins."""
+        return muscle.replace(self.states) if self.states else muscle
 
     def room(self, experiment: Experiment) -> Array | None:
         """The ambient (K) of the recording, shape as its inputs; None: as it was recorded."""
@@ -102,13 +109,14 @@ def own_of(experiment: Experiment, muscle: Parameters) -> Own:
         experiment: prepared with some hundred observations a channel, which is enough and quick.
         muscle: with the effects of its sensors, where they are known.
     """
-    unknowns = tuple(u for u in base_unknowns([experiment], muscle) if u.recording is not None)
+    unknowns = own_unknowns(experiment, muscle)
     first = fit(Problem((experiment,), muscle, unknowns, quick_noise([experiment])), rounds=_ROUNDS, tolerance=1e-5)
     noise = left_over_noise(first)
     again = first.problem.with_noise(noise)
     fitted = fit(again, first.z, rounds=_ROUNDS, tolerance=1e-5, known=first.rough_slopes)
     values, zeros = fitted.values, fitted.problem.zeros(fitted.predictions[0], 0)
-    own, given = Own(values.get((AMBIENT, 0)), values[START, 0], zeros), as_given(experiment, muscle)
+    states = {u.name: values[u.key] for u in unknowns if u.name in muscle}
+    own, given = Own(values.get((AMBIENT, 0)), values[START, 0], zeros, states), as_given(experiment, muscle)
     gained = _missed(given.run(experiment, muscle), experiment, noise) - _missed(
         fitted.predictions[0], experiment, noise, zeros
     )
@@ -138,7 +146,7 @@ class ReplayedErrors:
         """Replay one more recording with the muscle as it was then."""
         room = own.room(experiment)
         for name, observed in experiment.observed.items():  # one at a time: they may be long
-            outputs = experiment.outputs(muscle, own.start, only=(name,), ambient=room)
+            outputs = experiment.outputs(own.begun(muscle), own.start, only=(name,), ambient=room)
             error = np.interp(observed.time, outputs.time, getattr(outputs, name))
             del outputs
             error += own.zeros.get(name, 0.0)

@@ -7,6 +7,8 @@ from tcp_muscle_ros.diagnosis.model.unknown import Unknown
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import Parameters
 
+_STATE = 0.4  # spread of a state at the start, of what it can be
+
 
 def effect_unknowns(model: Model, name: str, parameters: Parameters, owner: int | None = None) -> list[Unknown]:
     """The unknowns of an effect: its parameters, each free over its bounds; of one recording (``owner``) or of all.
@@ -23,6 +25,30 @@ def effect_unknowns(model: Model, name: str, parameters: Parameters, owner: int 
         spread = 1.5 if wide else max(abs(row.value), 0.25 * (row.high - row.low) if row.value == 0.0 else 0.0) * 2.0
         unknowns.append(Unknown(key, value, row.low, row.high, spread, log=wide, recording=owner))
     return unknowns
+
+
+def states_at_start(model: Model, name: str, parameters: Parameters, recording: int) -> list[Unknown]:
+    """What an effect's states were where a recording began: what was in use shortly before has not rested."""
+    return [
+        Unknown(
+            f'{name}.{row.name}',
+            parameters[f'{name}.{row.name}'],
+            row.low,
+            row.high,
+            _STATE * max(abs(row.low), abs(row.high)),
+            recording=recording,
+            state=True,
+        )
+        for row in model.effects[name].parameters
+        if row.state
+    ]
+
+
+def own_unknowns(experiment: Experiment, muscle: Parameters) -> tuple[Unknown, ...]:
+    """What a recording of a known muscle brings of its own: the room, and the states at the start."""
+    base = tuple(u for u in base_unknowns([experiment], muscle) if u.recording is not None)
+    states = (u for name in muscle.effects for u in states_at_start(experiment.model, name, muscle, 0))
+    return (*base, *states)
 
 
 def base_unknowns(

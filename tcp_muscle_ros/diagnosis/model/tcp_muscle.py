@@ -198,7 +198,7 @@ def _its_own(recorded: Recorded, k: int) -> Iterable[Unknown]:
     if np.ptp(recorded.imposed.ambient) == 0.0:
         yield Unknown(AMBIENT, still, still - 40.0, still + 40.0, 3.0 if seen else 1.0, recording=k)
     begins = _ANYWHERE if recorded.known.get(RESUMED) else 10.0 if seen else 1.0
-    yield Unknown(START, still, still - 40.0, still + 150.0, begins, recording=k)
+    yield Unknown(START, still, still - 40.0, still + 150.0, begins, recording=k, state=True)
 
 
 def _softest(recordings: Iterable[Recorded], nominal: Parameters) -> float:

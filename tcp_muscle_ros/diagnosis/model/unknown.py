@@ -18,6 +18,7 @@ LOG_SPREAD = 1.5  # prior standard deviation of a positive parameter's logarithm
 class Unknown:
     """One unknown. ``log``: fitted as a logarithm. ``recording``: the one it belongs to, None for all.
 
+    ``state``: it says what the machine was in where that recording begins, and is no property of either.
     ``start``, ``low``, ``high`` are in the parameter's own unit; ``spread`` is the prior's standard deviation, of the
     logarithm where ``log``.
     """
@@ -29,6 +30,7 @@ class Unknown:
     spread: float
     log: bool = False
     recording: int | None = None
+    state: bool = False
 
     def to_fit(self, value: float) -> float:
         """The coordinate that the fit moves."""
@@ -47,6 +49,11 @@ class Unknown:
     def fixed_by(self, spread: float) -> bool:
         """Whether data that leave this spread (fit's coordinate) fix it: well within the prior, and to a factor."""
         return spread < min(_NARROWED * self.prior_spread, FACTOR if self.log else np.inf)
+
+    @property
+    def each_has(self) -> bool:
+        """Whether it is a parameter of an effect that each recording has for itself."""
+        return self.recording is not None and '.' in self.name and not self.state
 
     @property
     def key(self) -> tuple[str, int | None]:

@@ -9,7 +9,6 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown, without_effect
-from tcp_muscle_ros.diagnosis.model.unknown import START
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 _STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
@@ -39,7 +38,7 @@ class Fold:
 def conditions(problem: Problem) -> tuple[Fold, ...]:
     """One fold a recording; none of one or two recordings, or where each has unknowns of an effect for itself."""
     count = len(problem.experiments)
-    if count < 3 or any('.' in u.name and u.recording is not None for u in problem.unknowns):
+    if count < 3 or any(u.each_has for u in problem.unknowns):
         return ()
     return tuple(Fold(((k, -np.inf, np.inf),), k) for k in range(count))
 
@@ -126,7 +125,7 @@ def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> Held
         trained = fit(rest, fitted.z, rounds=rounds, tolerance=1e-4, known=_slopes_of(rest, fitted))
         z = np.array(
             [
-                own if u.name == START or (u.recording is not None and u.recording == fold.whole) else shared
+                own if u.state or (u.recording is not None and u.recording == fold.whole) else shared
                 for u, own, shared in zip(problem.unknowns, fitted.z, trained.z, strict=True)
             ]
         )

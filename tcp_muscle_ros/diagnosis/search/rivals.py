@@ -265,7 +265,7 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
 def own(rival: Rival) -> bool:
     """Whether every recording has its own strength of the effect."""
-    return any(u.name.startswith(f'{rival.effect}.') and u.recording is not None for u in rival.fit.problem.unknowns)
+    return any(u.name.startswith(f'{rival.effect}.') and u.each_has for u in rival.fit.problem.unknowns)
 
 
 def _spent(rival: Rival) -> bool:
@@ -277,7 +277,7 @@ def _spent(rival: Rival) -> bool:
 def _at_its_end(rival: Rival, name: str = '') -> bool:
     """Whether a parameter of it (or that one) is as far as it goes, and not what it usually is there."""
     values = rival.fit.values
-    own = [u for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.')]
+    own = [u for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.') and not u.state]
     bounded = [(u, values[u.key]) for u in own if name in ('', u.name)]
     return any(
         np.isclose(value, end, rtol=_END) and end != rival.fit.problem.model.specifications[u.name].value

@@ -1,8 +1,9 @@
-"""A second start, from two effects at once, or without sudden slips.
+"""A second start, from two effects at once, from one before the muscle has rested, or without sudden slips.
 
 Effects that are added one at a time miss two of which neither helps much alone, and begin with a stand-in for both.
-Where the search ends with something unexplained, it is begun anew from the best pair; where it ended with slips alone,
-without them.
+An effect whose states differ where the recordings begin explains little until each may have its own. Where the search
+ends with something unexplained, it is begun anew from the best pair, or from such an effect; where it ended with slips
+alone, without them.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,6 +16,7 @@ from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, rivals_for
 from tcp_muscle_ros.diagnosis.search.selection import Selection, select, select_from
+from tcp_muscle_ros.diagnosis.search.unrested import unrested
 
 _SECONDS = 2  # refitted beside each first effect
 _PROMISES = 2.0  # least drops, worth the time of a search
@@ -32,10 +34,10 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
     if left is None or found.leapt is not None or roles.swings in found.final.problem.parameters.effects:
         return found
     if not slips.slipping(found.final):
-        pair = _best_pair(found, effects, progress)
-        if pair is None or penalised(found.final) - pair.score < _PROMISES * calibrated.problem.policy.least_drop:
+        start = _best_start(found, effects, progress)
+        if start is None or penalised(found.final) - start.score < _PROMISES * calibrated.problem.policy.least_drop:
             return found
-        again = select_from(pair.fit, calibrated, effects, progress)
+        again = select_from(start.fit, calibrated, effects, progress)
     elif len(found.chosen) == 1:
         again = select(calibrated, [e for e in effects if e != roles.slips], progress)
     else:
@@ -46,23 +48,30 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
     return replace(again, first=found.first)
 
 
-def _best_pair(found: Selection, effects: Sequence[str], progress: Callable[[], None] | None) -> Rival | None:
-    """The pair that fits best of those that begin with an effect which competed to be the first, under the noise of
-    what was found; without those that go beside it, which the first search has tried."""
+def _best_start(found: Selection, effects: Sequence[str], progress: Callable[[], None] | None) -> Rival | None:
+    """The pair that fits best of those that begin with an effect which competed to be the first, or that effect alone
+    with its states where the recordings begin, under the noise of what was found; without those that go beside what was
+    found, which the first search has tried."""
     chosen = {c.effect for c in found.chosen}
 
     def tried(pair: set[str]) -> bool:
         return bool(chosen) and chosen <= pair
 
-    pairs, swings = [], found.final.problem.model.roles.swings
+    starts: list[Rival] = []
+    swings = found.final.problem.model.roles.swings
     for first in found.first.rivals:
+        if not found.final.problem.work.left:
+            break
+        rested = with_noise(first.fit, dict(found.final.problem.noise))
+        alone = unrested(rested)
+        if alone is not rested and not chosen:
+            starts.append(Rival(first.effect, alone, penalised(alone)))
         apart = [e for e in effects if e not in (first.effect, swings) and not tried({first.effect, e})]
-        if apart and found.final.problem.work.left:
-            alone = with_noise(first.fit, dict(found.final.problem.noise))
+        if apart:
             ranked, _ = screen(alone, apart, progress)
             seconds = rivals_for(alone, ranked, progress, _SECONDS)
-            pairs += [r for r in seconds if begins(r) and begins(replace(r, effect=first.effect))]
-    return min(pairs, key=lambda pair: pair.score, default=None)
+            starts += [r for r in seconds if begins(r) and begins(replace(r, effect=first.effect))]
+    return min(starts, key=lambda start: start.score, default=None)
 
 
 def _better(one: Fit, other: Fit) -> bool:

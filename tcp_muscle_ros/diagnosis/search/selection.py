@@ -30,6 +30,7 @@ from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirm
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised, shrink
+from tcp_muscle_ros.diagnosis.search.unrested import unrested
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -251,7 +252,7 @@ class _Search:
             effect = picked.rival.effect
             self.accepted.append(effect)
             self.contests[effect] = picked.contest
-            self.present = picked.rival.fit
+            self.present = unrested(picked.rival.fit)
             clearer = self._calm() if effect == self.roles.swings else None
             if clearer is not None:
                 return clearer
@@ -280,7 +281,7 @@ class _Search:
                 self.present, self.accepted, tried, self.contests, self.progress
             )
             if self.accepted:
-                self.present, self.structure = settle_noise(self.present, 1)
+                self.present, self.structure = settle_noise(unrested(self.present), 1)
             tried = self.accepted
             self._confirm()
             if not self.accepted or self.accepted == tried:
@@ -299,7 +300,7 @@ class _Search:
         hidden = effects[swings].stage if swings in self.accepted else None
         pool = [e for e in self.effects if e not in (*self.accepted, swings) and effects[e].stage != hidden]
         found = companions(present, self.accepted, pool, self.calibrated, self.most, self.progress)
-        self.present = found.fit
+        self.present = unrested(found.fit) if found.contests else found.fit
         self.contests, self.standing = self.contests | found.contests, self.standing | found.standing
         refuted, without = stand_ins(self.present, self.accepted) if found.contests else ([], self.present)
         for effect in sorted(self._admitted_instead(refuted) & set(found.contests)):

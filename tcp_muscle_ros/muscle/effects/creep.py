@@ -61,11 +61,12 @@ def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """At rest: in equilibrium with the force."""
+    """At rest: in equilibrium with the force. The slowest may still be on its way there."""
     share = _share(c, q)
     for j in range(_units(c)):
         s[j] = share
         share *= _MORE
+    s[_units(c) - 1] *= 1.0 + c[4]
 
 
 def fastest_rate(c: Array, p: Array) -> float:
@@ -88,6 +89,10 @@ EFFECT = Effect(
         Parameter(
             'law', 0.0, '1', 0.0, 1.0, 'how many times it is delayed by: 0 one, 1 four, a decade apart around tau50',
             'a free choice', choices=('one time', 'many times'), fitted=False,
+        ),
+        Parameter(
+            'start', 0.0, '1', -1.0, 1.0, 'how far from equilibrium the slowest begins: -1 just loaded, 0 at rest',
+            'rest since the last run', state=True,
         ),
     ),
     hooks={'extra': extra, 'rates': rates, 'initial': initial},

@@ -141,7 +141,7 @@ class Effect:
     @property
     def fitted(self) -> tuple[Parameter, ...]:
         """The parameters that a fit moves."""
-        return tuple(row for row in self.parameters if row.fitted)
+        return tuple(row for row in self.parameters if row.fitted and not row.state)
 
     def __post_init__(self) -> None:
         unknown = set(self.hooks) - set(POINTS)

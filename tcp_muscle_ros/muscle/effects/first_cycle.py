@@ -36,8 +36,8 @@ def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """Never hotter than now."""
-    s[0] = _free(q, c, p)
+    """Never hotter than now, but for what earlier recordings set free."""
+    s[0] = max(_free(q, c, p), c[3])
 
 
 EFFECT = Effect(
@@ -50,9 +50,12 @@ EFFECT = Effect(
         Parameter('a', 0.005, 'm', -0.05, 0.05, 'stroke that comes only once', 'published: 2 to 10 mm'),
         Parameter('w', 15.0, 'K', 2.0, 100.0, 'heating that sets most of it free', 'published: 25 to 50 degC'),
         Parameter('tau', 2.0, 's', 0.2, 200.0, 'time that it takes', 'estimated: gone after one to three cycles'),
+        Parameter(
+            'start', 0.0, '1', 0.0, 1.0, 'share that was set free before the start', 'earlier runs', state=True,
+        ),
     ),
     hooks={'extra': extra, 'rates': rates, 'initial': initial},
     strength='a',
     states=('set_free',),
     fastest_rate=lambda c, p: float(1.0 / c[2]),
-)
+)  # fmt: skip

@@ -42,8 +42,8 @@ def rates(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """A muscle that rested in the room, at T0, holds w0 however it was warmed since."""
-    s[0] = c[0]
+    """A muscle that rested in the room, at T0, holds w0 however it was warmed since; one that did not rest, less."""
+    s[0] = c[0] * (1.0 + c[2])
 
 
 EFFECT = Effect(
@@ -55,9 +55,13 @@ EFFECT = Effect(
     parameters=(
         Parameter('w0', 0.015, '1', 0.0, 0.10, 'water content at rest in the room', 'estimated: 1 to 3 %'),
         Parameter('tau60', 15.0, 's', 1.0, 2000.0, 'drying time at 60 degC', 'estimated: 4 s (fine) to 900 s (solid)'),
+        Parameter(
+            'start', 0.0, '1', -1.0, 1.0, 'how much more it holds at the start: -1 dry, 0 at rest',
+            'rest since the last run', state=True,
+        ),
     ),
     hooks={'heat': heat, 'rates': rates, 'initial': initial},
     strength='w0',
     states=('water_content',),
     fastest_rate=lambda c, p: float(exp(_DIFFUSION * (_HOT - _REFERENCE)) / c[1]),
-)
+)  # fmt: skip
