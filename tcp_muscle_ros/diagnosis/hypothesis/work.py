@@ -21,4 +21,8 @@ class Work:
     @property
     def left(self) -> bool:
         """Whether more may be tried."""
-        return self.steps < self.limit
+        return self.within(1.0)
+
+    def within(self, times: float) -> bool:
+        """Whether no more than so many times the limit was simulated."""
+        return self.steps < times * self.limit

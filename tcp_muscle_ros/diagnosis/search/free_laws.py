@@ -37,6 +37,7 @@ _MARGIN = 0.02  # of a driver's range, so that the recordings do not end at the 
 _ROUNDS = 25
 _BEGUN = 0.1  # of the coefficients that the linear approximation has, which the muscle's parameters do not follow yet
 _WHEN = 'time'  # the driver that is no state of the muscle
+_LAST = 1.25  # of the work that may be done: such a law comes last, when the listed ones may have taken it all
 _LAGS = (5.0, 30.0, 180.0)  # s: where a law with a lag is begun; a fit goes on from the best
 
 
@@ -60,7 +61,9 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
     """The selection with a law without a name, where one explains what the listed effects leave, or better what a room
     or a draught was named for; else as it is."""
     unnamed, circumstance = unexplained(found.told), _only_a_circumstance(found)
-    if (unnamed is None and circumstance is None) or found.leapt is not None or not found.final.problem.work.left:
+    if (unnamed is None and circumstance is None) or found.leapt is not None:
+        return found
+    if not found.final.problem.work.within(_LAST):
         return found
     left, least = excess(found.final, found), found.final.problem.policy.least_drop
     to_beat = penalised(found.told.final) - least if circumstance else -np.inf

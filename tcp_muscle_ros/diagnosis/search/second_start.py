@@ -62,10 +62,10 @@ def _best_start(found: Selection, effects: Sequence[str], progress: Callable[[],
     for first in found.first.rivals:
         if not found.final.problem.work.left:
             break
-        rested = with_noise(first.fit, dict(found.final.problem.noise))
-        alone = unrested(rested)
-        if alone is not rested and not chosen:
-            starts.append(Rival(first.effect, alone, penalised(alone)))
+        alone = with_noise(first.fit, dict(found.final.problem.noise))
+        begun = alone if chosen else unrested(alone)
+        if begun is not alone:
+            starts.append(Rival(first.effect, begun, penalised(begun)))
         apart = [e for e in effects if e not in (first.effect, swings) and not tried({first.effect, e})]
         if apart:
             ranked, _ = screen(alone, apart, progress)
