@@ -82,9 +82,10 @@ def specimen(seed: int) -> Parameters:
     """The muscle of a seed: its own parameters, and one effect between its usual strength and twice that."""
     rng = np.random.default_rng(seed)
     moved = {name: NOMINAL[name] * float(np.exp(rng.uniform(-SPREAD, SPREAD))) for name in MOVED}
-    # A hanging weight's ringing is beyond this rate; a resistance in series is beyond any recording of one muscle.
+    # A hanging weight's ringing is beyond this rate; a resistance in series is beyond any recording of one muscle. What
+    # a draught or a room did in two recordings, nobody can foretell of a third.
     physics = [n for n in LISTED if EFFECTS[n].stage != 'sensor']
-    effects = [n for n in physics if not (EFFECTS[n].hidden or EFFECTS[n].swings)]
+    effects = [n for n in physics if not (EFFECTS[n].hidden or EFFECTS[n].swings or EFFECTS[n].circumstance)]
     effect = EFFECTS[str(rng.choice(effects))]
     strongest = f'{effect.name}.{effect.strength}'
     row = SPECIFICATIONS[strongest]
