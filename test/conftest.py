@@ -1,8 +1,12 @@
 """What every test shares."""
 
+import os
+
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
 
 one_of_linear_algebra()  # before numpy comes
+# Nodes that tests kill leave their shared memory behind: the middleware runs out of it, and messages do not arrive.
+os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
 
 from hypothesis import settings  # noqa: E402
 
