@@ -12,8 +12,8 @@ class Parameter:
     ``choices``: the value is the place of one of these names; ``spelled``: people and ROS write that name. ``fitted``
     False: a fit leaves it as it is. ``crossed``: the output (a name of Outputs) that has to cross this value for the
     effect to begin or end; ``around``: the parameter of the same effect that says how far from there it is felt.
-    ``bends``: a fit moves it from its usual value, at which the effect is sought. ``state``: it is
-    that of the muscle where a recording begins; each has its own, and 0 is a muscle that has long rested.
+    ``bends``: a fit moves it from its usual value, at which the effect is sought. ``state``: it is that of
+    the muscle where a recording begins; each has its own, and 0 is a muscle that has long rested.
     """
 
     name: str

@@ -255,7 +255,7 @@ class Bench:
                 asked.append(client.call_async(kind.Request(**fields)))
             return any(future.done() for future in asked)
 
-        self.until(answered, f'{service} does not answer', STARTING)
+        self.until(answered, f'{service} does not answer')
         return next(future.result() for future in asked if future.done())
 
 

@@ -144,9 +144,9 @@ class ReplayedErrors:
 
     def add(self, experiment: Experiment, muscle: Parameters, own: Own) -> None:
         """Replay one more recording with the muscle as it was then."""
-        room = own.room(experiment)
+        muscle, room = own.begun(muscle), own.room(experiment)
         for name, observed in experiment.observed.items():  # one at a time: they may be long
-            outputs = experiment.outputs(own.begun(muscle), own.start, only=(name,), ambient=room)
+            outputs = experiment.outputs(muscle, own.start, only=(name,), ambient=room)
             error = np.interp(observed.time, outputs.time, getattr(outputs, name))
             del outputs
             error += own.zeros.get(name, 0.0)

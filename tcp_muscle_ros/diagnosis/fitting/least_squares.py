@@ -161,6 +161,16 @@ def slopes(problem: Problem, z: Array, base: Sequence[Shown], which: Sequence[in
     return out
 
 
+def slopes_with_more(fitted: Fit, problem: Problem, z: Array, shown: Sequence[Shown]) -> list[Shown]:
+    """The slopes of a fit, and by differences those of the unknowns that ``problem`` has behind the fit's own;
+    ``shown`` at ``z``."""
+    more = slopes(problem, z, shown, range(fitted.z.size, z.size))
+    return [
+        {name: np.hstack([columns, added[name]]) for name, columns in mine.items()}
+        for mine, added in zip(fitted.slopes, more, strict=True)
+    ]
+
+
 class _Along:
     """Residuals and their slopes along a fit: by differences now and then, in between by Broyden's rank-one updates.
 

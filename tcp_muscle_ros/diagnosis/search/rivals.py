@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes_with_more
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, structures, with_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import without_effect
 from tcp_muscle_ros.diagnosis.model.unknown import Unknown
@@ -80,11 +80,7 @@ def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit | None:
     if not tried:
         return None
     _, problem, z, shown = min(tried, key=lambda t: t[0])
-    added = slopes(problem, z, shown, range(own, len(problem.unknowns)))
-    known = [
-        {name: np.hstack([columns, more[name]]) for name, columns in mine.items()}
-        for mine, more in zip(fitted.slopes, added, strict=True)
-    ]
+    known = slopes_with_more(fitted, problem, z, shown)
     return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=False)
 
 

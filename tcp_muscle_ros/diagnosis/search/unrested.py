@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes_with_more
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import states_at_start
 from tcp_muscle_ros.diagnosis.search.rivals import penalised
 
@@ -25,16 +25,12 @@ def unrested(fitted: Fit) -> Fit:
 
 def _with_states(fitted: Fit, effect: str) -> Fit | None:
     """The fit with those of one effect; None where it has none."""
-    problem, known = fitted.problem, len(fitted.z)
+    problem = fitted.problem
     recordings = range(len(problem.experiments))
     states = [u for k in recordings for u in states_at_start(problem.model, effect, problem.parameters, k)]
     if not states:
         return None
     problem = replace(problem, unknowns=(*problem.unknowns, *states))
-    z = np.concatenate([fitted.z, problem.start()[known:]])
-    added = slopes(problem, z, fitted.predictions, range(known, len(z)))
-    every = [
-        {name: np.hstack([columns, more[name]]) for name, columns in mine.items()}
-        for mine, more in zip(fitted.slopes, added, strict=True)
-    ]
-    return fit(problem, z, rounds=40, tolerance=1e-5, known=every)
+    z = np.concatenate([fitted.z, problem.start()[fitted.z.size :]])
+    known = slopes_with_more(fitted, problem, z, fitted.predictions)
+    return fit(problem, z, rounds=40, tolerance=1e-5, known=known)
