@@ -12,7 +12,7 @@ import tcp_muscle_ros.diagnosis
 from tcp_muscle_ros.diagnosis import diagnose as engine
 from tcp_muscle_ros.diagnosis.fitting import forms, room, slips, weighing
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
-from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught, Latent, Slip, Switched
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Before, Draught, Latent, Slip, Switched
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
@@ -72,7 +72,7 @@ def test_only_a_part_of_the_data_and_a_plan_make_other_experiments_of_a_problem(
 
 def test_whatever_is_inferred_of_recordings_they_stay_the_same(fitted):
     steps = {
-        'ages': (in_turn, lambda latent: latent.cycles > 1.0 and latent.used == TIME[-1]),
+        'ages': (in_turn, lambda latent: latent.before.cycles > 1.0 and latent.before.used == TIME[-1]),
         'slips': (lambda f: slips.added(f, [[], [Slip('displacement', 50.0, 1e-4, 1e-5, 0.1)]]), lambda x: x.slips),
         'readings': (room.as_well_as_read, lambda x: x.allowance('displacement').readings is not None),
         'draught': (
@@ -91,9 +91,9 @@ def test_whatever_is_inferred_of_recordings_they_stay_the_same(fitted):
 def test_a_part_of_the_data_has_that_part_of_what_is_inferred(fitted):
     columns = np.column_stack([TIME, np.sin(TIME)])
     unsure = dict.fromkeys(CHANNELS, columns)
+    before = Before(2.5, 210.0, 380.0)
     latent = Latent(
-        2.5,
-        210.0,
+        before,
         Draught(TIME[::50], np.zeros(TIME.size), (0.1,), unsure),
         (Slip('displacement', 50.0, 1e-4, 1e-5, 0.1),),
         {name: Allowance(columns, 2.0 * columns, calm=0.3) for name in CHANNELS},
@@ -103,7 +103,7 @@ def test_a_part_of_the_data_has_that_part_of_what_is_inferred(fitted):
     inside = (TIME >= 40.0) & (TIME <= 80.0)
     for part, keep in ((holdout.testing(problem, fold), inside), (holdout.training(problem, fold), ~inside)):
         kept = part.latents[1]
-        assert (kept.cycles, kept.used, kept.slips) == (2.5, 210.0, latent.slips)
+        assert (kept.before, kept.slips) == (before, latent.slips)
         assert kept.draught.warmer.size == TIME.size
         for name in CHANNELS:
             np.testing.assert_array_equal(part.experiments[1].observed[name].time, TIME[keep])

@@ -287,7 +287,7 @@ def test_fatigue_goes_on_from_one_recording_to_the_next():
         muscle = TRUE.replace({'fatigue.c': 0.03, 'fatigue.n0': 2.6 * k}).with_effects('fatigue')
         runs.append(experiment(CHANNELS, current, 0.588, k, muscle=muscle))
     fitted = in_turn(settle_noise(calibrate(runs, NOMINAL).fit)[0])
-    cycles = [latent.cycles for latent in fitted.problem.latents]
+    cycles = [latent.before.cycles for latent in fitted.problem.latents]
     assert cycles[0] == 0.0
     assert 2.0 < cycles[1] < 4.0
     assert cycles[2] == pytest.approx(2.0 * cycles[1], rel=0.05)
@@ -297,9 +297,9 @@ def test_fatigue_goes_on_from_one_recording_to_the_next():
     assert best.effect == 'fatigue'
     assert best.fit.muscle['fatigue.c'] == pytest.approx(0.03, rel=0.25)
     assert conditions(fitted.problem)
-    cycles_after, used_after = ages((*fitted.problem.experiments, runs[0]), fitted.outputs)[-1]
-    assert cycles_after == pytest.approx(cycles[2] + cycles[1], rel=0.25)  # the third is less hot
-    assert used_after == pytest.approx(3.0 * runs[0].duration)
+    after = ages((*fitted.problem.experiments, runs[0]), fitted.outputs)[-1]
+    assert after.cycles == pytest.approx(cycles[2] + cycles[1], rel=0.25)  # the third is less hot
+    assert after.used == pytest.approx(3.0 * runs[0].duration)
 
 
 @pytest.mark.parametrize(('wear', 'counts'), [(0.0027, True), (0.0012, False)])

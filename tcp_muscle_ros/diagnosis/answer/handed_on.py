@@ -81,8 +81,8 @@ def now(fitted: Fit) -> Parameters:
     problem = fitted.problem
     if not problem.ages:
         return fitted.muscle
-    cycles, used = ages((*problem.experiments, problem.experiments[0]), fitted.outputs)[-1]
-    return fitted.muscle.replace(_age(problem.with_latent(Latent(cycles, used), 0), 0))
+    before = ages((*problem.experiments, problem.experiments[0]), fitted.outputs)[-1]
+    return fitted.muscle.replace(_age(problem.with_latent(Latent(before), 0), 0))
 
 
 def as_it_begins(muscle: Parameters, fitted: Fit) -> Parameters:

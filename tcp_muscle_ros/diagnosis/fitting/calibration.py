@@ -6,12 +6,12 @@ colour of what the model leaves over, so that a model that does not fit well doe
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import product, zip_longest
+from itertools import product
 
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
-from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Before, Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
 from tcp_muscle_ros.diagnosis.model.model import Model, floating
@@ -102,23 +102,22 @@ def calibrate(
 
 
 def in_turn(fitted: Fit) -> Fit:
-    """The same fit of recordings before which the muscle went through those before them: how many cycles, how long."""
+    """The same fit of recordings before which the muscle went through those before them."""
     problem, latents = fitted.problem, []
-    for latent, (cycles, used) in zip(problem.latents, ages(problem.experiments, fitted.outputs), strict=True):
-        latents.append(replace(latent, cycles=cycles, used=used))
+    for latent, before in zip(problem.latents, ages(problem.experiments, fitted.outputs), strict=True):
+        latents.append(replace(latent, before=before))
     return replace(fitted, problem=problem.with_latents(latents))
 
 
-def ages(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> list[tuple[float, float]]:
-    """How many cycles one muscle went through before each of its recordings, one after the other, and how long (s);
-    ``outputs`` of each of them, or of all but the last."""
-    found, cycles, used = [], 0.0, 0.0
-    for experiment, shown in zip_longest(experiments, outputs):
-        found.append((cycles, used))
-        used += experiment.duration
-        if shown:
-            cycles += float(np.sum(np.abs(np.diff(getattr(shown, experiment.model.state))))) / (2.0 * SWING)
-    return found
+def ages(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> list[Before]:
+    """What one muscle went through before each of its recordings, one after the other; ``outputs`` of each of them, or
+    of all but the last."""
+    found = [Before()]
+    for experiment, shown in zip(experiments, outputs, strict=False):
+        state, last = getattr(shown, experiment.model.state), found[-1]
+        cycles = last.cycles + float(np.sum(np.abs(np.diff(state)))) / (2.0 * SWING)
+        found.append(Before(cycles, last.used + experiment.duration, max(last.hottest, float(state.max()))))
+    return found[: len(experiments)]
 
 
 def left_over_noise(fitted: Fit) -> dict[str, Noise]:

@@ -44,7 +44,7 @@ def _seen_twice(fitted: Fit) -> bool:
 def _as_read(fitted: Fit) -> list[Shown]:
     """What the typical muscle of its age shows in each recording, with nothing that is inferred of that one alone."""
     problem = fitted.problem
-    aged = (Latent(latent.cycles, latent.used, switched=latent.switched) for latent in problem.latents)
+    aged = (Latent(latent.before, switched=latent.switched) for latent in problem.latents)
     typical = replace(problem, parameters=fitted.muscle, latents=tuple(aged))
     return [typical.predict({}, k) for k in range(len(problem.experiments))]
 

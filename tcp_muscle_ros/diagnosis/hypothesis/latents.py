@@ -60,16 +60,30 @@ class Switched:
 
 
 @dataclass(frozen=True)
+class Before:
+    """What the muscle went through in the recordings before one: ``cycles``, ``used`` (s), ``hottest`` (K)."""
+
+    cycles: float = 0.0
+    used: float = 0.0
+    hottest: float = 0.0
+
+    def counted(self, parameter: float, unit: str) -> float:
+        """A parameter that counts what was before the first recording, as it is now, by its unit."""
+        if unit == 'K':
+            return max(parameter, self.hottest)
+        return parameter + {'1': self.cycles, 's': self.used}[unit]
+
+
+@dataclass(frozen=True)
 class Latent:
     """What is inferred of one recording.
 
-    ``cycles`` and ``used`` (s): those of the recordings before it; ``draught``: the course of one, if any; ``slips``:
+    ``before``: what the muscle went through before it; ``draught``: the course of one, if any; ``slips``:
     those of the end; ``allowances``: by channel, in which ways it may err, where there are any; ``switched``: what was
     imposed, where that is not what was read.
     """
 
-    cycles: float = 0.0
-    used: float = 0.0
+    before: Before = Before()
     draught: Draught | None = None
     slips: tuple[Slip, ...] = ()
     allowances: Mapping[str, Allowance] = field(default_factory=dict)

@@ -96,7 +96,7 @@ class Problem:
 
     @property
     def ages(self) -> tuple[str, ...]:
-        """The parameters that count the muscle's cycles or seconds before a recording."""
+        """The parameters that say what the muscle went through before a recording."""
         effects = self.model.effects
         return tuple(f'{e}.{effects[e].age}' for e in self.parameters.effects if effects[e].age)
 
@@ -111,8 +111,9 @@ class Problem:
         if recording is None:
             mine |= _typical(values, self.model.separate)
         else:
-            before = {'1': self.latents[recording].cycles, 's': self.latents[recording].used}
-            mine |= {name: self.parameters[name] + before[self.model.specifications[name].unit] for name in self.ages}
+            before = self.latents[recording].before
+            units = {name: self.model.specifications[name].unit for name in self.ages}
+            mine |= {name: before.counted(self.parameters[name], unit) for name, unit in units.items()}
         return self.parameters.replace(mine)
 
     def outputs(self, values: Values, recording: int) -> Outputs:

@@ -106,6 +106,16 @@ def in_place_of(chosen: Rival, instead: Rival, rivals: Sequence[Rival]) -> list[
     return [instead, *(r for r in others if not (_own_course(chosen) and own(r)))]
 
 
+def _itself(effect: str, fitted: Fit) -> Rival:
+    """An effect of a fit as its rivals are."""
+    return Rival(effect, fitted, penalised(fitted))
+
+
+def disguised(fitted: Fit, accepted: Sequence[str]) -> bool:
+    """Whether one of the effects of a fit is another in disguise, as it may turn out to be when fitted to the end."""
+    return not all(sound(_itself(effect, fitted)) for effect in accepted)
+
+
 def _own_course(rival: Rival) -> bool:
     """Whether it goes another way in every recording."""
     return own(rival) and bool(rival.definition.whole or rival.definition.moments)
@@ -189,7 +199,8 @@ def revise(
     first: Mapping[str, Contest],
     progress: Callable[[], None] | None,
 ) -> tuple[Fit, list[str], dict[str, Contest]]:
-    """Swap and prune: each effect must beat, in the company of the others, whatever could replace it.
+    """Swap and prune: each effect must beat, in the company of the others, whatever could replace it. What is another
+    in disguise is replaced by whatever can.
 
     ``first``: the contests in which they were accepted; who came close then is tried again.
     """
@@ -208,8 +219,12 @@ def revise(
             ranked, _signals = screen(bare, pool, progress)
             most = _REVISED if len(bare.problem.unknowns) <= _MANY else 1
             found = rivals_for(bare, ranked, progress, most, known)
-            rivals = [r for r in found if r.effect != effect and begins(r)]
-            rivals = sorted([*rivals, Rival(effect, present, penalised(present))], key=lambda r: r.score)
+            rivals, itself = [r for r in found if r.effect != effect and begins(r)], _itself(effect, present)
+            if rivals and not sound(itself):
+                found = [r for r in found if r.effect != effect]
+            else:
+                rivals.append(itself)
+            rivals.sort(key=lambda r: r.score)
             drop = penalised(bare) - min(r.score for r in rivals)
             if drop < present.problem.policy.least_drop:
                 present, changed = bare, True
@@ -221,7 +236,7 @@ def revise(
             if instead is not pick:
                 pick, rivals = instead, in_place_of(pick, instead, rivals)
             if pick.effect != effect and not confirmation(bare, pick.fit)[0].holds:
-                pick = next(r for r in rivals if r.effect == effect)  # that one was confirmed, when it was accepted
+                pick = itself  # that one was confirmed, when it was accepted
             if pick.effect != effect:
                 present, changed = pick.fit, True
                 accepted[accepted.index(effect)] = pick.effect
@@ -244,7 +259,7 @@ def confirm(
     policy, other_conditions = present.problem.policy, bool(conditions(present.problem))
     strongest = max(accepted, key=lambda e: contests[e][0], default='') if alone else ''
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
-        bare, rival = shrink(present, effect), Rival(effect, present, penalised(present))
+        bare, rival = shrink(present, effect), _itself(effect, present)
         gain, looked_at = confirmation(bare, present)
         apart = stands_apart(effect, present, accepted)
         swings = effect == present.problem.model.roles.swings  # unseen data confirmed it when it was picked, see above

@@ -173,9 +173,9 @@ def begins(rival: Rival) -> bool:
 
 def sound(rival: Rival) -> bool:
     """Whether the muscle crosses, or nearly, what the effect needs to be crossed; and its strength is not as far as it
-    goes. Else it is another one in disguise."""
+    goes, nor are two of its numbers. Else it is another one in disguise."""
     definition = rival.definition
-    if _spent(rival) or (definition.moments and follows_the_drive(rival)):
+    if _spent(rival) or _ends(rival) > 1 or (definition.moments and follows_the_drive(rival)):
         return False
     for row in definition.fitted:
         if row.crossed:
@@ -272,14 +272,22 @@ def _spent(rival: Rival) -> bool:
 
 def _at_its_end(rival: Rival, name: str = '') -> bool:
     """Whether a parameter of it (or that one) is as far as it goes, and not what it usually is there."""
-    values = rival.fit.values
     own = [u for u in rival.fit.problem.unknowns if u.name.startswith(f'{rival.effect}.') and not u.state]
-    bounded = [(u, values[u.key]) for u in own if name in ('', u.name)]
-    return any(
-        np.isclose(value, end, rtol=_END) and end != rival.fit.problem.model.specifications[u.name].value
-        for u, value in bounded
-        for end in (u.low, u.high)
-    )
+    return any(_ended(rival, u) for u in own if name in ('', u.name))
+
+
+def _ends(rival: Rival) -> int:
+    """How many of the numbers that its form has in all recordings alike are as far as they go."""
+    if rival.definition.free:
+        return 0
+    names = {f'{rival.effect}.{row.name}' for row in rival.definition.fitted}
+    return sum(_ended(rival, u) for u in rival.fit.problem.unknowns if u.recording is None and u.name in names)
+
+
+def _ended(rival: Rival, unknown: Unknown) -> bool:
+    """Whether an unknown is as far as it goes, and not what it usually is there."""
+    value, usual = rival.fit.values[unknown.key], rival.fit.problem.model.specifications[unknown.name].value
+    return any(np.isclose(value, end, rtol=_END) and end != usual for end in (unknown.low, unknown.high))
 
 
 def _known(rival: Rival) -> bool:

@@ -19,6 +19,7 @@ from tcp_muscle_ros.diagnosis.search.companions import companions, stand_ins
 from tcp_muscle_ros.diagnosis.search.company import (
     Contest,
     confirm,
+    disguised,
     good_company,
     largest_share,
     least_of_all,
@@ -277,15 +278,20 @@ class _Search:
         """Hold each against its rivals and against unseen data, until nothing changes."""
         tried = self.effects
         for _ in range(_REVISIONS):
-            self.present, self.accepted, self.contests = revise(
-                self.present, self.accepted, tried, self.contests, self.progress
-            )
-            if self.accepted:
-                self.present, self.structure = settle_noise(unrested(self.present), 1)
+            self._revised(tried)
+            if self.accepted and disguised(self.present, self.accepted):
+                self._revised(tried)
             tried = self.accepted
             self._confirm()
             if not self.accepted or self.accepted == tried:
                 break  # else what was dropped may stand in the place of one that it stood beside
+
+    def _revised(self, tried: Sequence[str]) -> None:
+        self.present, self.accepted, self.contests = revise(
+            self.present, self.accepted, tried, self.contests, self.progress
+        )
+        if self.accepted:
+            self.present, self.structure = settle_noise(unrested(self.present), 1)
 
     def _confirm(self) -> None:
         self.present, self.accepted, self.standing, self.kept_back = confirm(
