@@ -155,4 +155,4 @@ def test_a_diagnosis_leaves_its_recordings_as_they_were(monkeypatch):
     assert rivals
     for fit in (selection.calibrated, selection.final, *rivals):
         assert [mine is run for mine, run in zip(fit.problem.experiments, runs, strict=True)] == [True] * 3
-    assert selection.final.problem.latents[2].cycles > selection.final.problem.latents[1].cycles > 0.0
+    assert selection.final.problem.latents[2].before.cycles > selection.final.problem.latents[1].before.cycles > 0.0
