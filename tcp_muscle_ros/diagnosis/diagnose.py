@@ -25,6 +25,7 @@ from tcp_muscle_ros.diagnosis.search.bending import with_bent_form
 from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.weathered import with_weather
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.settings.rig import Rig, on_rig
 
@@ -130,7 +131,9 @@ class _Work:
     ) -> Selection:
         bare = as_well_as_read(in_turn(calibration.fit))
         found = select_twice(allowing(bare, repeated) if repeated else bare, testable, self.progress)
-        return with_free_law(found, self.progress) if testable else found
+        if not testable:
+            return found
+        return with_weather(with_free_law(found, self.progress), testable, self.progress)
 
     def _beside_what_differs(self, repeated: Mapping[str, Repeatability], testable: Sequence[str]) -> Selection:
         """Select once more, each recording with what runs of one protocol do not share for itself: its gain, where

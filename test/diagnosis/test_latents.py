@@ -94,7 +94,7 @@ def test_a_part_of_the_data_has_that_part_of_what_is_inferred(fitted):
     before = Before(2.5, 210.0, 380.0)
     latent = Latent(
         before,
-        Draught(TIME[::50], np.zeros(TIME.size), (0.1,), unsure),
+        Draught(TIME[::50], np.zeros(TIME.size), frozenset({'airflow'}), (0.1,), unsure),
         (Slip('displacement', 50.0, 1e-4, 1e-5, 0.1),),
         {name: Allowance(columns, 2.0 * columns, calm=0.3) for name in CHANNELS},
     )

@@ -69,7 +69,7 @@ def test_the_course_of_gusts_fits_to_the_noise_and_is_taken_back():
     seen = {**run.observed, 'temperature': replace(run.observed['temperature'], value=heated.temperature + noise)}
     seen.pop('resistance')
     plain = calibrate([replace(run, observed=seen)], NOMINAL).fit
-    blown = with_course(plain)
+    blown = with_course(plain, ['airflow'])
     assert plain.mean_square['temperature'] > 25.0 * 0.2**2
     assert blown.mean_square['temperature'] < 1.3 * 0.2**2
     assert without_course(blown).mean_square['temperature'] == pytest.approx(plain.mean_square['temperature'], rel=0.05)

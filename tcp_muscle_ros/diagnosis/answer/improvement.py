@@ -92,7 +92,7 @@ def fitted_without(selection: Selection, effect: str) -> Fit:
         return selection.calibrated
     fitted = (
         draught.without_course(selection.final)
-        if effect == selection.final.problem.model.roles.course
+        if effect in selection.final.problem.model.roles.inferred
         else selection.final
     )
     return shrink(fitted, effect)

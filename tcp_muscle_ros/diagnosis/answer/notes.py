@@ -79,10 +79,19 @@ def on_bent_form(selection: Selection) -> tuple[str, ...]:
 
 
 def on_draught(selection: Selection) -> tuple[str, ...]:
-    """How far a draught went beside the gusts by which it is named, and what became of it."""
-    if selection.followed is None:
+    """How far a draught went beside the gusts by which it is named, or a room beside its cubic, and what became of
+    it."""
+    followed = selection.followed
+    if followed is None:
         return ()
-    varied = max(draught.strength(selection.followed))
+    roles = followed.problem.model.roles
+    if roles.course not in {c.effect for c in selection.chosen}:
+        return (
+            f'the room went its own way: beside one smooth course in each recording it was off by '
+            f'{draught.size(followed):.2g} K (root mean square); improved.yaml has the muscle in the room that its '
+            f'thermometer shows',
+        )
+    varied = max(draught.strength(followed))
     return (
         f'the draught came and went: beside one gust in each recording the loss of heat varied by '
         f'{100.0 * varied:.0f} % (root mean square); improved.yaml has the muscle in air that moves as on average',

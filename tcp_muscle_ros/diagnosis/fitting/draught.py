@@ -1,11 +1,13 @@
-"""The course of a draught: how much more heat each recording lost at which time, given all else that the model says.
+"""The course of a draught, or of a room that drifts: how much more heat each recording lost at which time, given all
+else that the model says.
 
-One gust is a name, not the weather. Once it is named, its course is inferred: the conductance is a factor 1 + w over
-its usual value, w smooth in time and unknown but for its usual size. A conductance so much larger takes as much heat
-as a room that is w (T - Tinf) cooler, so that the model needs no other equation.
+One gust, or a cubic, is a name and not the weather. Once it is named, its course is inferred: the conductance is a
+factor 1 + w over its usual value, or the room is warmer by w, and w is unknown but for its usual size and pace. A
+conductance so much larger takes as much heat as a room that is w (T - Tinf) cooler, so that the model needs no other
+equation.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,22 +23,25 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
 
 _APART, _MOST = 0.125, 400  # thermal time constants between the knots of a course; and how many at most
-_USUAL, _GUST = 0.5, 6.0  # the size of w; s over which it is much the same
-_LEAST = -0.8  # of w: no air is so still that nothing is lost
-_UNSURE, _BLURRED = 0.15, 4.0  # of w, that stays unknown; s over which it is
+_USUAL, _GUST = 0.5, 6.0  # of a draught: the size of w; s over which it is much the same
+_DRIFTED, _SLOW = 1.0, 40.0  # of a room: the same, in K and s
+_LEAST = -0.8  # of a draught's w: no air is so still that nothing is lost
+_UNSURE, _BLURRED = 0.3, 4.0  # of the size, that stays unknown; s over which it is
 _ROUNDS, _STEPS = 2, 3  # how often the responses are computed; steps by one of them
-_COLD = 0.5  # K over the room, below which no draught shows
+COLD = 0.5  # K over the room, below which no draught shows
 _WARM, _DRIVEN = 0.2, 0.1  # of the largest excess over the room, above which one shows well; of the largest drive
 
 
-def with_course(fitted: Fit) -> Fit:
-    """The same fit with the course of the draught in every recording."""
-    if all(latent.draught is not None for latent in fitted.problem.latents):
+def with_course(fitted: Fit, effects: Collection[str] | None = None) -> Fit:
+    """The same fit with the course of the draught and of the room in every recording: of these ``effects``, None: of
+    those that the fit has."""
+    roles, on = fitted.problem.model.roles, fitted.problem.parameters.effects
+    of = roles.inferred & frozenset(on if effects is None else effects)
+    if all(latent.draught is not None and latent.draught.effects == of for latent in fitted.problem.latents):
         return fitted
-    gust = tuple(
-        float(z) for z, u in zip(fitted.z, fitted.problem.unknowns, strict=True) if _is_gust(fitted.problem, u.name)
-    )
-    still = [_still(e, _APART * thermal_lag(fitted), gust) for e in fitted.problem.followed]
+    fitted = without_course(fitted)
+    gust = tuple(float(fitted.z[k]) for k in _described(fitted.problem, of))
+    still = [_still(e, _APART * thermal_lag(fitted), of, gust) for e in fitted.problem.followed]
     fitted = _blown(fitted, still)
     for _ in range(_ROUNDS):
         shown = [responses(fitted, k, course.knots) for k, course in enumerate(still)]
@@ -48,13 +53,13 @@ def with_course(fitted: Fit) -> Fit:
 def without_course(fitted: Fit) -> Fit:
     """The same fit without: the gust is what it was before its course was inferred."""
     problem = fitted.problem
-    remembered = next((latent.draught.gust for latent in problem.latents if latent.draught is not None), None)
-    if remembered is None:
+    course = next((latent.draught for latent in problem.latents if latent.draught is not None), None)
+    if course is None:
         return fitted
     z = fitted.z.copy()
-    own = [k for k, u in enumerate(problem.unknowns) if _is_gust(problem, u.name)]
-    if len(own) == len(remembered):
-        z[own] = remembered
+    own = _described(problem, course.effects)
+    if len(own) == len(course.gust):
+        z[own] = course.gust
     return _blown(replace(fitted, z=z, near=None), [None] * len(problem.experiments))
 
 
@@ -65,8 +70,8 @@ def strength(fitted: Fit) -> tuple[float, float]:
     for k, (experiment, latent) in enumerate(zip(fitted.problem.followed, fitted.problem.latents, strict=True)):
         if latent.draught is None:
             continue
-        excess = _excess(fitted, k)
-        share = -latent.draught.warmer / np.maximum(excess, _COLD)
+        excess = excess_of(fitted, k)
+        share = -latent.draught.warmer / np.maximum(excess, COLD)
         warm = excess > _WARM * float(np.max(excess))
         driven = np.abs(experiment.imposed.drive) > _DRIVEN * float(np.max(np.abs(experiment.imposed.drive)))
         on.append(share[warm & driven])
@@ -74,13 +79,20 @@ def strength(fitted: Fit) -> tuple[float, float]:
     return _spread(on), _spread(off)
 
 
+def size(fitted: Fit) -> float:
+    """How much warmer or colder than read the course makes the room, K (root mean square over all recordings)."""
+    parts = [latent.draught.warmer for latent in fitted.problem.latents if latent.draught is not None]
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+
+
 def _spread(parts: Sequence[Array]) -> float:
     values = np.concatenate(parts)
     return float(np.std(values)) if values.size else 0.0
 
 
-def _is_gust(problem: Problem, name: str) -> bool:
-    return name.startswith(f'{problem.model.roles.course}.')
+def _described(problem: Problem, effects: Collection[str]) -> list[int]:
+    """The places of the unknowns that describe a gust, or a drift."""
+    return [k for k, u in enumerate(problem.unknowns) if u.name.partition('.')[0] in effects]
 
 
 def _blown(fitted: Fit, courses: Sequence[Draught | None]) -> Fit:
@@ -88,11 +100,12 @@ def _blown(fitted: Fit, courses: Sequence[Draught | None]) -> Fit:
     return refitted(fitted, fitted.problem.with_latents(latents))
 
 
-def _still(experiment: Experiment, apart: float, gust: tuple[float, ...]) -> Draught:
-    return Draught(knots_of(experiment, apart, _MOST), np.zeros(experiment.imposed.time.size), gust)
+def _still(experiment: Experiment, apart: float, effects: frozenset[str], gust: tuple[float, ...]) -> Draught:
+    knots = knots_of(experiment, apart, _MOST)
+    return Draught(knots, np.zeros(experiment.imposed.time.size), effects, gust)
 
 
-def _excess(fitted: Fit, k: int) -> Array:
+def excess_of(fitted: Fit, k: int) -> Array:
     """The fibre's temperature over the room's (K), without any draught's share."""
     outputs, experiment = fitted.outputs[k], fitted.problem.followed[k]
     ambient = fitted.values.get((AMBIENT, k))
@@ -100,30 +113,36 @@ def _excess(fitted: Fit, k: int) -> Array:
     return np.asarray(state - (experiment.imposed.ambient if ambient is None else ambient))
 
 
-def _step(fitted: Fit, k: int, warmer: Shown) -> Draught:
+def _step(fitted: Fit, k: int, shown: Shown) -> Draught:
     """The most likely course, in linear approximation."""
     experiment, draught = fitted.problem.followed[k], fitted.problem.latents[k].draught
     assert draught is not None
     time, knots = experiment.imposed.time, draught.knots
-    excess = np.maximum(np.interp(knots, time, _excess(fitted, k)), _COLD)
-    had = -np.interp(knots, time, draught.warmer) / excess
-    shown = {name: -mine * excess for name, mine in warmer.items()}
-    columns, alike = fitted.problem.columns(shown, k), _persisting(knots)
-    pull = columns.T @ fitted.residuals[k] + alike @ had
-    share = np.maximum(had - np.linalg.solve(columns.T @ columns + alike, pull), _LEAST)
+    excess = np.maximum(np.interp(knots, time, excess_of(fitted, k)), COLD)
+    sizes = _sizes(fitted.problem, draught, excess)
+    likely = np.hstack([size[:, None] * persisting(knots, pace) for size, pace in sizes])
+    had = np.interp(knots, time, draught.warmer)
+    columns = fitted.problem.columns(shown, k)
+    ways = columns @ likely
+    pull = ways.T @ (fitted.residuals[k] - columns @ had)
+    warmer = -likely @ np.linalg.solve(ways.T @ ways + np.eye(ways.shape[1]), pull)
+    if draught.effects == {fitted.problem.model.roles.course}:
+        warmer = np.minimum(warmer, -_LEAST * excess)
     blurred = hats(knots, knots_of(experiment, max(_BLURRED, knots[1] - knots[0]), _MOST))
-    return replace(
-        draught,
-        warmer=-np.interp(time, knots, share * excess),
-        unsure={name: _UNSURE * (mine @ blurred) for name, mine in shown.items()},
-    )
+    unsure = {
+        name: np.hstack([_UNSURE * ((mine * size) @ blurred) for size, _ in sizes]) for name, mine in shown.items()
+    }
+    return replace(draught, warmer=np.interp(time, knots, warmer), unsure=unsure)
 
 
-def _persisting(knots: Array) -> Array:
-    """The precision of a course that forgets itself within a gust (an Ornstein-Uhlenbeck process), (knots, knots)."""
-    kept = float(np.exp(-(knots[1] - knots[0]) / _GUST))
-    own = np.full(knots.size, 1.0 + kept**2)
-    own[[0, -1]] = 1.0
-    beside = np.full(knots.size - 1, -kept)
-    precision: Array = np.diag(own) + np.diag(beside, 1) + np.diag(beside, -1)
-    return precision / ((1.0 - kept**2) * _USUAL**2)
+def _sizes(problem: Problem, draught: Draught, excess: Array) -> list[tuple[Array, float]]:
+    """Of a draught and of a room, as far as it is one, how much warmer it usually is (K) at each knot, and the pace."""
+    of_draught, of_room = (_USUAL * excess, _GUST), (np.full(excess.size, _DRIFTED), _SLOW)
+    roles = problem.model.roles
+    return [size for effect, size in ((roles.course, of_draught), (roles.room, of_room)) if effect in draught.effects]
+
+
+def persisting(knots: Array, pace: float) -> Array:
+    """The factor L of the covariance L L' of a course of size 1 that forgets itself at a pace (s; an
+    Ornstein-Uhlenbeck process), (knots, knots)."""
+    return np.linalg.cholesky(np.exp(-np.abs(knots[:, None] - knots) / pace))

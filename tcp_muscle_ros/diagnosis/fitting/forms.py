@@ -25,17 +25,18 @@ def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
     """The same fit with what the forms of these effects may miss allowed for, and of no others."""
     had = any(a.forms is not None for latent in fitted.problem.latents for a in latent.allowances.values())
     roles = fitted.problem.model.roles
-    if roles.course in effects:
-        fitted = draught.with_course(refitted(fitted, _with(fitted.problem)) if had else fitted)
+    inferred = roles.inferred & set(effects)
+    if inferred:
+        fitted = draught.with_course(refitted(fitted, _with(fitted.problem)) if had else fitted, inferred)
     else:
         fitted = draught.without_course(fitted)
     plain = _with(fitted.problem)
     ways: list[dict[str, list[Array]]] = [{} for _ in plain.experiments]
-    for effect in effects:
-        if effect == roles.swings:  # what is left of it has its own weight (see weighing.calmed)
-            continue
-        found = _unsure(plain) if effect == roles.course else _bent(fitted, plain, effect)
-        for mine, more in zip(ways, found, strict=True):
+    found = [_unsure(plain)] if inferred else []
+    # What is left of a swing has its own weight (see weighing.calmed).
+    found += [_bent(fitted, plain, effect) for effect in effects if effect not in {*inferred, roles.swings}]
+    for one in found:
+        for mine, more in zip(ways, one, strict=True):
             for name, columns in more.items():
                 mine.setdefault(name, []).append(columns)
     if not had and not any(ways):
@@ -44,7 +45,7 @@ def allowing_forms(fitted: Fit, effects: Collection[str]) -> Fit:
 
 
 def _unsure(problem: Problem) -> list[Shown]:
-    """What stays unknown of a draught's course, by recording and channel."""
+    """What stays unknown of the course of a draught or a room, by recording and channel."""
     return [
         {} if latent.draught is None else {name: latent.draught.unsure[name] for name in e.observed}
         for e, latent in zip(problem.experiments, problem.latents, strict=True)

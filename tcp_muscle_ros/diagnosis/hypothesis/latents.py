@@ -19,12 +19,14 @@ from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 @dataclass(frozen=True)
 class Draught:
-    """The course of a draught, known at the ``knots`` (s): ``warmer``, the change of the room (K) that takes as much
-    heat, at each instant that is followed; ``gust``: how it was described before; ``unsure``: by channel, how what
-    stays unknown of it shows (SI), one column each."""
+    """The course of a draught or of a room that drifts, known at the ``knots`` (s): ``warmer``, the change of the room
+    (K) that takes as much heat, at each instant that is followed; ``effects``: which of the two it is, or both;
+    ``gust``: how they were described before; ``unsure``: by channel, how what stays unknown of it shows (SI), one
+    column each."""
 
     knots: Array
     warmer: Array
+    effects: frozenset[str] = frozenset()
     gust: tuple[float, ...] = ()
     unsure: Mapping[str, Array] = field(default_factory=dict)
 

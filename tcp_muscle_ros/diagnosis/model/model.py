@@ -51,18 +51,24 @@ class Ratio:
 class Roles:
     """The effects that are fitted in a way of their own, by what each says of itself; '' where there is none.
 
-    ``swings``: after it a weight swings; ``course``: how it went in time is inferred; ``slips``: it is the mean of
-    sudden slips, in its parameters ``rate`` and ``begins``; ``sticks``: it holds and lets go; ``like_slips``: what
-    slips pass for.
+    ``swings``: after it a weight swings; ``course`` of the conductance and ``room``: how they went in time is inferred;
+    ``slips``: it is the mean of sudden slips, in its parameters ``rate`` and ``begins``; ``sticks``: it holds and lets
+    go; ``like_slips``: what slips pass for.
     """
 
     swings: str = ''
     course: str = ''
+    room: str = ''
     slips: str = ''
     sticks: str = ''
     like_slips: tuple[str, ...] = ()
     rate: str = ''
     begins: str = ''
+
+    @property
+    def inferred(self) -> frozenset[str]:
+        """Those whose way in time is inferred."""
+        return frozenset({self.course, self.room} - {''})
 
     @classmethod
     def of(cls, effects: Mapping[str, Effect]) -> 'Roles':
@@ -75,6 +81,7 @@ class Roles:
         return cls(
             the_one(lambda effect: effect.swings),
             the_one(lambda effect: effect.latent == 'course'),
+            the_one(lambda effect: effect.latent == 'room'),
             slips,
             the_one(lambda effect: effect.sticks),
             tuple(name for name, effect in effects.items() if effect.like_slips),

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
@@ -14,6 +15,7 @@ from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink, tim
 _PROMISES = 2.0  # least drops, worth the time of its refits: what is found promises several times as much
 # Of what is left, an effect that none comes near takes so much that it may be less of what was missed.
 _MOST, _LITTLE, _NEAR = 0.7, 0.001, 0.65
+_PLAIN = 5.0  # least drops
 
 
 @dataclass(frozen=True)
@@ -40,14 +42,17 @@ def companions(
     contests: dict[str, Contest] = {}
     while len(accepted) + len(contests) < most and present.problem.work.left:
         others = (*accepted, *contests)
-        beside = _allowing_for(present, others)
+        beside = allowing_for(present, others)
 
-        def good(rival: Rival, rivals: Sequence[Rival], beside: Fit = beside) -> bool:
+        def good(rival: Rival, rivals: Sequence[Rival], beside: Fit = beside, others: tuple[str, ...] = others) -> bool:
+            after = _anew(rival.fit, others)
             rest = least_of_rest(rival, rival.policy.of_rest_at_first)
-            if good_company(calibrated, beside, rival.fit, rest, _least(rival)):
+            if good_company(calibrated, beside, after, rest, _least(rival)):
                 return True
             alone = not _bends(rival) and _stands_alone(rival, rivals, beside)
-            return alone and good_company(calibrated, beside, rival.fit, least_of_rest(rival, _MOST), _LITTLE)
+            if alone and _no_weather(rival, beside):
+                return True
+            return alone and good_company(calibrated, beside, after, least_of_rest(rival, _MOST), _LITTLE)
 
         pool = [e for e in effects if e not in contests]
         picked = pick(beside, structures(beside), pool, good, progress, least=_PROMISES)
@@ -58,7 +63,7 @@ def companions(
     standing: dict[str, tuple[Gain, float]] = {}
     other_conditions = True
     for effect in sorted(contests, key=lambda e: contests[e][0]):
-        beside = _allowing_for(present, (*accepted, *(e for e in contests if e != effect)))
+        beside = allowing_for(present, (*accepted, *(e for e in contests if e != effect)))
         bare = shrink(beside, effect)
         gain, looked_at = confirmation(bare, beside)
         if gain.holds:
@@ -67,7 +72,7 @@ def companions(
         else:
             present = bare
             del contests[effect]
-    return Companions(_allowing_for(present, ()), contests, standing, other_conditions)
+    return Companions(allowing_for(present, ()), contests, standing, other_conditions)
 
 
 def stand_ins(present: Fit, accepted: Sequence[str]) -> tuple[list[str], Fit]:
@@ -82,10 +87,26 @@ def stand_ins(present: Fit, accepted: Sequence[str]) -> tuple[list[str], Fit]:
     return found, present
 
 
-def _allowing_for(present: Fit, others: tuple[str, ...]) -> Fit:
+def allowing_for(present: Fit, others: tuple[str, ...]) -> Fit:
     """The fit by which an effect beside these others is judged: what their forms may miss is allowed for."""
     allowed = allowing_forms(present, others)
     return present if allowed is present else settle_noise(allowed, 1)[0]
+
+
+def _anew(fitted: Fit, others: tuple[str, ...]) -> Fit:
+    """The fit with the course of a draught or a room inferred anew, where there is one: it had bent to what an effect
+    beside it explains."""
+    if all(latent.draught is None for latent in fitted.problem.latents):
+        return fitted
+    return allowing_for(draught.without_course(fitted), others)
+
+
+def _no_weather(rival: Rival, beside: Fit) -> bool:
+    """Whether it is plainly there beside a course, which leaves nothing to take, and none that heat does: of that the
+    course, which is never quite as it usually is, may leave some."""
+    free = any(latent.draught is not None for latent in beside.problem.latents)
+    plain = penalised(beside) - rival.score >= _PLAIN * rival.policy.least_drop
+    return free and plain and rival.definition.stage in ('electrical', 'mechanical')
 
 
 def _stands_alone(rival: Rival, rivals: Sequence[Rival], beside: Fit) -> bool:

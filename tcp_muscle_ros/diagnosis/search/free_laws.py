@@ -37,7 +37,7 @@ _MARGIN = 0.02  # of a driver's range, so that the recordings do not end at the 
 _ROUNDS = 25
 _BEGUN = 0.1  # of the coefficients that the linear approximation has, which the muscle's parameters do not follow yet
 _WHEN = 'time'  # the driver that is no state of the muscle
-_LAST = 1.25  # of the work that may be done: such a law comes last, when the listed ones may have taken it all
+LAST = 1.25  # of the work that may be done: such a law comes last, when the listed ones may have taken it all
 _LAGS = (5.0, 30.0, 180.0)  # s: where a law with a lag is begun; a fit goes on from the best
 
 
@@ -63,12 +63,12 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
     unnamed, circumstance = unexplained(found.told), _only_a_circumstance(found)
     if (unnamed is None and circumstance is None) or found.leapt is not None:
         return found
-    if not found.final.problem.work.within(_LAST):
+    if not found.final.problem.work.within(LAST):
         return found
     left, least = excess(found.final, found), found.final.problem.policy.least_drop
     to_beat = penalised(found.told.final) - least if circumstance else -np.inf
     best, scored = found, np.inf
-    for begun, keeping in _starts(found) if circumstance is None or unnamed else [_less(found, circumstance)]:
+    for begun, keeping in _starts(found) if circumstance is None or unnamed else [less(found, circumstance)]:
         of_state = circumstance is not None and circumstance not in keeping
         tried: list[Rival] = []
         for law in promising(begun, progress, of_state)[:_TRIED]:
@@ -124,11 +124,11 @@ def _starts(found: Selection) -> list[tuple[Fit, tuple[Chosen, ...]]]:
     physics = [c for c in found.chosen if c.definition.stage != 'sensor']
     starts = [(found.final, found.chosen)]
     if len(physics) == 1 and not _explains_nearly_all(found):
-        starts.insert(0, _less(found, physics[0]))
+        starts.insert(0, less(found, physics[0]))
     return starts
 
 
-def _less(found: Selection, chosen: Chosen) -> tuple[Fit, tuple[Chosen, ...]]:
+def less(found: Selection, chosen: Chosen) -> tuple[Fit, tuple[Chosen, ...]]:
     """The fit without one of the effects, and those that stay."""
     kept = tuple(c for c in found.chosen if c is not chosen)
     return (shrink(found.final, chosen.effect) if kept else found.calibrated), kept
@@ -150,7 +150,7 @@ def _alone(
         return start, kept, better
     alone = shrink(better, same[0].effect)
     return (
-        (*_less(found, same[0]), alone) if excess(alone, found) < HALF * excess(start, found) else (start, kept, better)
+        (*less(found, same[0]), alone) if excess(alone, found) < HALF * excess(start, found) else (start, kept, better)
     )
 
 

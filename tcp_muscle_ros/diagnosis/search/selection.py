@@ -118,13 +118,13 @@ class Selection:
 
     @property
     def followed(self) -> Fit | None:
-        """The final model with the course of the draught, where one is named."""
-        named = any(c.effect == self.final.problem.model.roles.course for c in self.chosen)
+        """The final model with the course of the draught or the room, where one is named."""
+        named = any(c.effect in self.final.problem.model.roles.inferred for c in self.chosen)
         return _followed(self.final) if named else None
 
     @property
     def told(self) -> 'Selection':
-        """The same with the course of the draught where one is named: what remains then calls for another effect."""
+        """The same with the course of what is named and has one: what remains then calls for another effect."""
         followed = self.followed
         return self if followed is None else replace(self, final=followed, structure_after=structures(followed))
 

@@ -33,6 +33,7 @@ EFFECT = Effect(
     ),
     hooks={'surroundings': surroundings},
     strength='a',
+    latent='room',
     circumstance=True,
     whole='tau',
 )

@@ -1,0 +1,227 @@
+"""Whether what a fit leaves is a draught, or a room that drifts, each in its own way in every recording.
+
+The evidence of a course, beside none: what both explain under the noise of the instruments, in linear approximation,
+with the course integrated out (a Gaussian process), so that its freedom is paid for. Heat that is lost moves
+temperature, resistance and stroke alike, each in its own way: what one channel misses alone no course explains.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting.draught import COLD, excess_of, persisting
+from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, drivers, hats
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.room import knots_of, responses, thermal_lag
+from tcp_muscle_ros.diagnosis.fitting.weighing import with_noise
+from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.muscle.arrays import Array, Mask
+
+_APART, _SHORTEST, _MOST = 0.3, 2.0, 120  # thermal time constants, and s, between knots at least; how many at most
+_PACES = (6.0, 40.0)  # s over which a course is much the same
+_OF_DRAUGHT, _OF_ROOM = (0.1, 0.5), (0.3, 1.5)  # usual sizes: of the conductance; K
+_LEVELS, _MOMENTS = 5, 6  # of the state, and since a switch of the drive, that a law may know
+_LATELY = (15.0, 60.0)  # s: what a law may remember of the state
+_RIDGE = 1e-2  # of the features' mean square
+_PARTS = 4  # of each recording, that are left out in turn
+
+
+@dataclass(frozen=True)
+class Course:
+    """The course of one ``effect`` that a fit speaks for.
+
+    ``evidence``: twice the gain of the log likelihood; ``witnessed``: the same without the channel that misses most;
+    ``share``: of the squared misfit beyond the noise that it takes; ``foretold``: the share of it (squared) that the
+    state of the muscle foretells in parts of them that were left out, as it would if it were a law.
+    """
+
+    effect: str
+    evidence: float
+    witnessed: float
+    share: float
+    foretold: float
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """A course: of a ``draught`` or of the room, its usual ``size`` (of the conductance; K) and its ``pace`` (s)."""
+
+    draught: bool
+    size: float
+    pace: float
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One recording: its knots (s), the fibre's excess over the room there (K), and, of the whitened residuals r that
+    unknowns move by J and a warmer room by A: A'A, A'J and A'r."""
+
+    knots: Array
+    excess: Array
+    own: Array
+    beside: Array
+    pull: Array
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """A fit in linear approximation: J'J and J'r in the priors' standard deviations, and each recording."""
+
+    own: Array
+    pull: Array
+    parts: tuple[_Part, ...]
+
+
+def courses(fitted: Fit) -> list[Course]:
+    """Those of a draught and of a room, the likelier first; none where a single channel was recorded."""
+    problem = fitted.problem
+    fitted = with_noise(fitted, quick_noise(problem.experiments))
+    missed = _missed(fitted)
+    if len(missed) < 2:
+        return []
+    most, beyond = max(missed, key=lambda name: missed[name]), sum(missed.values())
+    whole, witness = _linear(fitted), _linear(fitted, without=most)
+    found = []
+    for effect, sizes in ((problem.model.roles.course, _OF_DRAUGHT), (problem.model.roles.room, _OF_ROOM)):
+        if not effect:
+            continue
+        draught = effect == problem.model.roles.course
+        tried = [_Kind(draught, size, pace) for size in sizes for pace in _PACES]
+        (evidence, took), kind = max(((_evidence(whole, kind), kind) for kind in tried), key=lambda one: one[0])
+        shares = [w / _usual(p, draught) for p, w in zip(whole.parts, _likeliest(whole, kind), strict=True)]
+        share = took / max(beyond, 1e-300)
+        found.append(Course(effect, evidence, _evidence(witness, kind)[0], share, _foretold(fitted, whole, shares)))
+    return sorted(found, key=lambda course: -course.evidence)
+
+
+def _missed(fitted: Fit) -> dict[str, float]:
+    """The squared whitened misfit beyond the noise of each channel."""
+    missed: dict[str, float] = {}
+    for experiment, residual in zip(fitted.problem.experiments, fitted.residuals, strict=True):
+        start = 0
+        for name, observed in experiment.observed.items():
+            part = residual[start : start + observed.time.size]
+            start += part.size
+            missed[name] = missed.get(name, 0.0) + float(part @ part) - part.size
+    return missed
+
+
+def _linear(fitted: Fit, without: str = '') -> _Linear:
+    """The linear approximation, ``without`` one of the channels."""
+    problem, spreads = fitted.problem, fitted.problem.spreads()
+    parts: list[_Part] = []
+    own, pull = np.zeros((spreads.size, spreads.size)), np.zeros(spreads.size)
+    apart = max(_APART * thermal_lag(fitted), _SHORTEST)
+    for k, (experiment, slopes, residual) in enumerate(
+        zip(problem.followed, fitted.slopes, fitted.residuals, strict=True)
+    ):
+        kept = _kept(fitted, k, without)
+        knots = knots_of(experiment, apart, _MOST)
+        moved = (problem.columns(slopes, k) * spreads)[kept]
+        warmer, left = problem.columns(responses(fitted, k, knots), k)[kept], residual[kept]
+        excess = np.maximum(np.interp(knots, experiment.imposed.time, excess_of(fitted, k)), COLD)
+        own += moved.T @ moved
+        pull += moved.T @ left
+        parts.append(_Part(knots, excess, warmer.T @ warmer, warmer.T @ moved, warmer.T @ left))
+    return _Linear(own, pull, tuple(parts))
+
+
+def _kept(fitted: Fit, k: int, without: str) -> Mask:
+    """Which residuals of a recording count."""
+    counts = [np.full(o.time.size, name != without) for name, o in fitted.problem.experiments[k].observed.items()]
+    beyond = fitted.residuals[k].size - sum(count.size for count in counts)
+    return np.concatenate([*counts, np.zeros(beyond, dtype=bool)])
+
+
+def _ways(linear: _Linear, kind: _Kind) -> list[Array]:
+    """The factor L of the covariance L L' of a course, in K at each knot, by recording."""
+    return [kind.size * _usual(p, kind.draught)[:, None] * persisting(p.knots, kind.pace) for p in linear.parts]
+
+
+def _usual(part: _Part, draught: bool) -> Array:
+    """What a course of size 1 is at each knot of a recording, K."""
+    return part.excess if draught else np.ones(part.knots.size)
+
+
+def _evidence(linear: _Linear, kind: _Kind) -> tuple[float, float]:
+    """Twice the log likelihood with the course and the unknowns integrated out, less that with the unknowns alone; and
+    what of the squared misfit the course takes beyond what these do."""
+    own, pull = linear.own + np.eye(linear.pull.size), linear.pull
+    took, freedom = np.zeros(2) - _marginal(own, pull)
+    for part, way in zip(linear.parts, _ways(linear, kind), strict=True):
+        factor = np.linalg.cholesky(way.T @ part.own @ way + np.eye(part.knots.size))
+        beside, mine = np.linalg.solve(factor, way.T @ part.beside), np.linalg.solve(factor, way.T @ part.pull)
+        own, pull = own - beside.T @ beside, pull - beside.T @ mine
+        took += float(mine @ mine)
+        freedom += 2.0 * float(np.log(np.diag(factor)).sum())
+    whole = np.array([took, freedom]) + _marginal(own, pull)
+    return float(whole[0] - whole[1]), float(whole[0])
+
+
+def _marginal(own: Array, pull: Array) -> Array:
+    """What unknowns take of the squared misfit, and the price of their freedom, shape (2,)."""
+    factor = np.linalg.cholesky(own)
+    whole = np.linalg.solve(factor, pull)
+    return np.array([whole @ whole, 2.0 * np.log(np.diag(factor)).sum()])
+
+
+def _likeliest(linear: _Linear, kind: _Kind) -> list[Array]:
+    """The course (K) of each recording."""
+    own, pull = linear.own + np.eye(linear.pull.size), linear.pull
+    known, ways = [], _ways(linear, kind)
+    for part, way in zip(linear.parts, ways, strict=True):
+        precision = way.T @ part.own @ way + np.eye(part.knots.size)
+        beside, mine = (np.linalg.solve(precision, way.T @ x) for x in (part.beside, part.pull))
+        own = own - part.beside.T @ way @ beside
+        pull = pull - part.beside.T @ way @ mine
+        known.append((mine, beside))
+    unknowns = np.linalg.solve(own, pull)
+    return [-way @ (mine - beside @ unknowns) for way, (mine, beside) in zip(ways, known, strict=True)]
+
+
+def _foretold(fitted: Fit, linear: _Linear, shares: Sequence[Array]) -> float:
+    """The share of a course, about its mean, that the muscle's state foretells where it was left out."""
+    problem = fitted.problem
+    states = [
+        drivers(experiment, outputs, part.knots)
+        for experiment, outputs, part in zip(problem.followed, fitted.outputs, linear.parts, strict=True)
+    ]
+    mean = np.mean(np.concatenate(shares))
+    features, values = _features(states), [share - mean for share in shares]
+    # Parts of recordings: a whole one may go where the others never were.
+    features = [piece for f in features for piece in np.array_split(f, _PARTS)]
+    values = [piece for v in values for piece in np.array_split(v, _PARTS)]
+    missed = 0.0
+    for k, (mine, value) in enumerate(zip(features, values, strict=True)):
+        others = np.vstack([f for j, f in enumerate(features) if j != k])
+        known = np.concatenate([v for j, v in enumerate(values) if j != k])
+        normal = others.T @ others
+        ridge = _RIDGE * np.trace(normal) / normal.shape[0] * np.eye(normal.shape[0])
+        missed += float(np.sum((value - mine @ np.linalg.solve(normal + ridge, others.T @ known)) ** 2))
+    return 1.0 - missed / max(float(sum(v @ v for v in values)), 1e-300)
+
+
+def _features(states: Sequence[Drivers]) -> list[Array]:
+    """What of the muscle's state a law may know: its level, warming or cooling, and what it was lately; the time since
+    a switch; the drive."""
+    level = np.unique(np.quantile(np.concatenate([s.level for s in states]), np.linspace(0.0, 1.0, _LEVELS)))
+    longest = max(float(max(s.since_switch.max() for s in states)), 1.0)
+    moments = np.concatenate([[0.0], np.geomspace(1.0, longest + 1.0, _MOMENTS)])
+    found = []
+    for s in states:
+        warming, on = (s.rate > 0.0)[:, None], s.heating[:, None] > 0.0
+        levels, since = hats(s.level, level), hats(s.since_switch, moments)
+        lately = np.column_stack([_lately(s, pace) for pace in _LATELY])
+        parts = (levels * warming, levels * ~warming, since * on, since * ~on, lately, s.drive[:, None])
+        found.append(np.hstack(parts))
+    return found
+
+
+def _lately(state: Drivers, pace: float) -> Array:
+    """The mean of the level that forgets at a pace (s), over that at the start, in tens of its unit."""
+    level, time = state.level - state.level[0], state.elapsed
+    mean = np.zeros(level.size)
+    for k, share in enumerate(np.exp(-np.diff(time) / pace)):
+        mean[k + 1] = share * mean[k] + (1.0 - share) * level[k + 1]
+    return 0.1 * mean

@@ -1,0 +1,140 @@
+"""A draught, or a room that drifts, that goes its own way in every recording, where no law explains what is left.
+
+One gust or a cubic describes little of it, so that it loses every contest of forms. It is named by the evidence of a
+course (``fitting/weather.py``): where that takes as much of what is left as a law without a name must, the channels
+agree on it (of a stroke a hundredth of a kelvin makes much, and so does mechanics), and the state of the muscle does
+not foretell it, as it would a law. What it hid is sought beside it then.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from tcp_muscle_ros.diagnosis.fitting import draught, slips
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.weather import Course, courses
+from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
+from tcp_muscle_ros.diagnosis.search.candidates import Screen
+from tcp_muscle_ros.diagnosis.search.companions import allowing_for, companions, stand_ins
+from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_all
+from tcp_muscle_ros.diagnosis.search.free_laws import HALF, LAST, excess, less
+from tcp_muscle_ros.diagnosis.search.holdout import Gain, held_out, stretches
+from tcp_muscle_ros.diagnosis.search.remaining import unexplained
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, rivals_for, shrink
+from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+
+_LAW = 0.2  # of a course (squared): more that the state foretells is a law's
+_SURE = 10.0  # least drops
+
+
+def with_weather(found: Selection, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
+    """The selection with a draught or a room that drifts, and what it hid, where its course explains what is left; else
+    as it is."""
+    inferred = found.final.problem.model.roles.inferred & set(effects)
+    if not inferred or {c.effect for c in found.chosen} & inferred:
+        return found
+    sudden = found.leapt is not None or slips.slipping(found.final)
+    if sudden or not found.final.problem.work.within(LAST):
+        return found
+    if found.chosen and unexplained(found.told) is None:  # what is left is the form of what is named
+        return found
+    begun = _without_heat_laws(found)
+    base = begun.final
+    likely = [course for course in courses(base) if course.effect in inferred]
+    if not likely or not _plain(likely, _SURE * base.problem.policy.least_drop):
+        return found
+    named = _named(begun, base, likely, progress)
+    return found if named is None else _with_what_it_hid(named, likely[0].effect, effects, progress)
+
+
+def _without_heat_laws(found: Selection) -> Selection:
+    """The selection without laws of heat that have no name: where they are of the muscle, its state foretells them."""
+    for chosen in found.chosen:
+        if chosen.definition.free is not None and chosen.definition.stage == 'thermal':
+            final, kept = less(found, chosen)
+            found = replace(found, final=final, chosen=kept, unnamed=None)
+    return found
+
+
+def _named(
+    found: Selection, base: Fit, likely: Sequence[Course], progress: Callable[[], None] | None
+) -> Selection | None:
+    """The selection with the likeliest course on top of a fit; None where it does not take what is left after all."""
+    rivals = _described(base, likely, progress)
+    if not rivals or rivals[0].effect != likely[0].effect:
+        return None
+    followed = settle_noise(draught.with_course(rivals[0].fit), 1)[0]
+    if excess(followed, found) > HALF * excess(base, found):
+        return None
+    if found.chosen and not good_company(found.calibrated, base, followed, HALF, least_of_all(rivals[0])):
+        return None
+    return _with(found, rivals, likely[0], followed)
+
+
+def _plain(likely: Sequence[Course], sure: float) -> bool:
+    """Whether the likeliest is there, takes enough, and is no law, however it is told."""
+    first = likely[0]
+    no_law = all(course.foretold < _LAW for course in likely)
+    return min(first.evidence, first.witnessed) > sure and first.share > HALF and no_law
+
+
+def _described(base: Fit, likely: Sequence[Course], progress: Callable[[], None] | None) -> list[Rival]:
+    """The fits with one gust, or a cubic, in every recording; each as good as the evidence of its course says."""
+    screen, bare = Screen.of(base), penalised(base)
+    found = []
+    for course in likely:
+        own = [candidate for candidate in screen.candidates(course.effect) if candidate.own]
+        best = sorted(own, key=lambda candidate: -candidate.gain)[:1]
+        found += [Rival(r.effect, r.fit, bare - course.evidence) for r in rivals_for(base, best, progress)]
+    return found
+
+
+def _with(found: Selection, rivals: Sequence[Rival], course: Course, followed: Fit) -> Selection:
+    """The selection that has it: the weakest beside what was named before, as its evidence is under less noise."""
+    final = rivals[0].fit
+    drop = min([course.evidence, *(c.drop for c in found.chosen)])
+    bare, less_noise = rivals[0].score + course.evidence, drop / course.evidence
+    scored = tuple(replace(r, score=bare - less_noise * (bare - r.score)) for r in rivals)
+    gain = Gain(course.witnessed, 0.0, 0.0, 1.0, len(final.problem.experiments))
+    share = 1.0 - excess(followed, found) / max(excess(found.calibrated, found), 1e-300)
+    return _after(replace(found, chosen=(*found.chosen, Chosen(course.effect, drop, gain, share, scored))), final)
+
+
+def _with_what_it_hid(
+    found: Selection, weather: str, effects: Sequence[str], progress: Callable[[], None] | None
+) -> Selection:
+    """The selection with what stands beside it, and without what stood in its place."""
+    others = [c.effect for c in found.chosen if c.effect != weather]
+    instead, without = stand_ins(allowing_for(found.final, (weather,)), others)
+    if instead:
+        kept = tuple(c for c in found.chosen if c.effect not in instead)
+        found = _after(replace(found, chosen=kept, unnamed=None), allowing_for(without, ()))
+    model, accepted = found.final.problem.model, [c.effect for c in found.chosen]
+    pool = [e for e in effects if e not in accepted and e not in model.roles.inferred and e != model.roles.swings]
+    most = int(found.final.problem.policy.most_effects)
+    beside = companions(found.final, accepted, pool, found.calibrated, most, progress)
+    if not beside.contests:
+        return found
+    more = [Chosen(e, drop, *beside.standing[e], tuple(rivals)) for e, (drop, rivals) in beside.contests.items()]
+    found = _after(replace(found, chosen=(*found.chosen, *more)), beside.fit)
+    base = shrink(draught.without_course(found.final), weather)  # which of the two it is, they may have hidden
+    likely = [course for course in courses(base) if course.effect in effects]
+    if likely[0].effect == weather:
+        return found
+    kept = tuple(c for c in found.chosen if c.effect != weather)
+    return _named(replace(found, chosen=kept), base, likely, progress) or found
+
+
+def _after(found: Selection, final: Fit) -> Selection:
+    """The selection that ends with this fit. What each recording has for itself, only other stretches of it tell."""
+    final = settle_noise(final, 1)[0]
+    kept_back = stretches(final.problem)
+    return replace(
+        found,
+        final=final,
+        chosen=tuple(sorted(found.chosen, key=lambda c: -c.drop)),
+        before=held_out(found.calibrated, kept_back),
+        after=held_out(final, kept_back),
+        structure_after=structures(final),
+        other_conditions=False,
+        kept_back=kept_back,
+    )

@@ -1,0 +1,100 @@
+"""A draught, or a room that drifts, that goes its own way in every recording; and laws that are neither."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis.made import NOMINAL, TIME, TRUE, experiment
+
+from tcp_muscle_ros.diagnosis.answer.notes import on_draught
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.weather import courses
+from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.search.remaining import unexplained
+from tcp_muscle_ros.diagnosis.search.second_start import select_twice
+from tcp_muscle_ros.diagnosis.search.weathered import with_weather
+from tcp_muscle_ros.muscle import simulate
+
+CHANNELS = ('temperature', 'resistance', 'displacement')
+NOISE = {'temperature': 0.2, 'resistance': 0.02, 'displacement': 5e-5}
+CURRENTS = (0.27, 0.22, 0.25)
+CIRCUMSTANCES = ['airflow', 'ambient_drift']
+
+
+def wander(seed, pace):
+    """A course of size 1 that forgets itself at a pace (s)."""
+    rng, kept = np.random.default_rng(seed), np.exp(-0.2 / pace)
+    steps = np.sqrt(1.0 - kept**2) * rng.standard_normal(TIME.size)
+    course = np.zeros(TIME.size)
+    for k in range(1, TIME.size):
+        course[k] = kept * course[k - 1] + steps[k]
+    return course
+
+
+def blowing(k):
+    """Gusts of some seconds, as a room that takes as much heat (K)."""
+    clean = experiment(CHANNELS, CURRENTS[k])
+    excess = simulate(TRUE, TIME, clean.imposed.drive, kind='current', load=0.588).temperature - NOMINAL['T0']
+    return -0.3 * wander(k, 4.0) * excess
+
+
+def drifting(k):
+    """A room that wanders by a kelvin within a minute."""
+    return wander(10 + k, 30.0)
+
+
+def recorded_in(weather, muscle=TRUE):
+    """Three recordings in a weather that their thermometers do not show."""
+    runs = []
+    for k, current in enumerate(CURRENTS):
+        run, rng = experiment(CHANNELS, current, muscle=muscle), np.random.default_rng(50 + k)
+        drive, ambient = run.imposed.drive, NOMINAL['T0'] + weather(k)
+        out = simulate(muscle, TIME, drive, kind='current', load=0.588, ambient=ambient)
+        observed = {
+            name: replace(o, value=getattr(out, name) + NOISE[name] * rng.standard_normal(TIME.size))
+            for name, o in run.observed.items()
+        }
+        runs.append(replace(run, observed=observed))
+    return runs
+
+
+def calibrated(runs):
+    return in_turn(calibrate(runs, NOMINAL).fit)
+
+
+@pytest.mark.parametrize(('weather', 'effect'), [(blowing, 'airflow'), (drifting, 'ambient_drift')])
+def test_what_goes_its_own_way_is_named_by_its_course_and_taken_out(weather, effect):
+    bare = calibrated(recorded_in(weather))
+    found = with_weather(select_twice(bare, ['creep']), ['creep', *CIRCUMSTANCES])
+    assert [c.effect for c in found.chosen] == [effect]
+    assert unexplained(found.told) is None
+    had, left = bare.mean_square, found.told.final.mean_square
+    assert all(left[name] < max(0.02 * had[name], 1.2 * sigma**2) for name, sigma in NOISE.items())
+
+
+def test_what_it_hid_is_found_beside_it_and_what_was_named_before_stays():
+    """A resistance that bends is hidden, friction is not, in the air of a room that drifts."""
+    muscle = TRUE.replace({'tcr_curvature.b': -8e-6}).with_effects('friction', 'tcr_curvature')
+    runs = recorded_in(drifting, muscle)
+    first = select_twice(calibrated(runs), ['friction'])
+    assert [c.effect for c in first.chosen] == ['friction']
+    found = with_weather(first, ['friction', 'tcr_curvature', 'creep', *CIRCUMSTANCES])
+    assert {c.effect for c in found.chosen} == {'ambient_drift', 'friction', 'tcr_curvature'}
+    assert any('the room went its own way' in note for note in on_draught(found))
+
+
+@pytest.mark.parametrize('effect', ['natural_convection', 'hysteresis', 'tcr_curvature'])
+def test_a_law_that_is_not_listed_is_no_weather(effect):
+    """Heat that goes with the muscle's state is foretold; what one channel misses the others deny."""
+    strong = {'natural_convection': {'natural_convection.n': 0.3}}.get(effect, {})
+    runs = recorded_in(lambda k: np.zeros(TIME.size), TRUE.replace(strong).with_effects(effect))
+    found = select_twice(calibrated(runs), [])
+    assert with_weather(found, CIRCUMSTANCES) is found
+
+
+def test_where_nothing_is_missed_there_is_no_course():
+    fitted, _ = settle_noise(calibrated(recorded_in(lambda k: np.zeros(TIME.size))))
+    assert all(course.evidence < 0.0 for course in courses(fitted))
+    only = {'displacement': fitted.problem.experiments[0].observed['displacement']}
+    one = calibrated([replace(fitted.problem.experiments[0], observed=only)])
+    assert courses(one) == []
