@@ -83,6 +83,19 @@ def test_what_it_hid_is_found_beside_it_and_what_was_named_before_stays():
     assert any('the room went its own way' in note for note in on_draught(found))
 
 
+def unsteady(k):
+    """A supply whose power wanders by a tenth, as a room that gives as much heat (K)."""
+    drive = experiment(CHANNELS, CURRENTS[k]).imposed.drive
+    return 0.1 * wander(20 + k, 6.0) * drive**2 * TRUE['R0'] / TRUE['hA']
+
+
+def test_an_unsteady_supply_is_no_weather():
+    found = select_twice(calibrated(recorded_in(unsteady)), [])
+    assert with_weather(found, CIRCUMSTANCES) is found
+    evidence = {course.effect: course.evidence for course in courses(found.final)}
+    assert evidence[''] > max(0.99 * evidence['airflow'], evidence['ambient_drift'], 1000.0)
+
+
 @pytest.mark.parametrize('effect', ['natural_convection', 'hysteresis', 'tcr_curvature'])
 def test_a_law_that_is_not_listed_is_no_weather(effect):
     """Heat that goes with the muscle's state is foretold; what one channel misses the others deny."""

@@ -2,10 +2,11 @@
 
 The evidence of a course, beside none: what both explain under the noise of the instruments, in linear approximation,
 with the course integrated out (a Gaussian process), so that its freedom is paid for. Heat that is lost moves
-temperature, resistance and stroke alike, each in its own way: what one channel misses alone no course explains.
+temperature, resistance and stroke alike, each in its own way: what one channel misses alone no course explains. So does
+heat that an unsteady supply makes, but only while it drives: it competes, for neither of the two is named in its place.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +17,13 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import knots_of, responses, thermal_lag
 from tcp_muscle_ros.diagnosis.fitting.weighing import with_noise
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 _APART, _SHORTEST, _MOST = 0.3, 2.0, 120  # thermal time constants, and s, between knots at least; how many at most
 _PACES = (6.0, 40.0)  # s over which a course is much the same
-_OF_DRAUGHT, _OF_ROOM = (0.1, 0.5), (0.3, 1.5)  # usual sizes: of the conductance; K
+_DRAUGHT, _ROOM, _SUPPLY = 'draught', 'room', 'supply'
+_SIZES = {_DRAUGHT: (0.1, 0.5), _ROOM: (0.3, 1.5), _SUPPLY: (0.05, 0.3)}  # usual: of the conductance; K; of the power
 _LEVELS, _MOMENTS = 5, 6  # of the state, and since a switch of the drive, that a law may know
 _LATELY = (15.0, 60.0)  # s: what a law may remember of the state
 _RIDGE = 1e-2  # of the features' mean square
@@ -29,7 +32,7 @@ _PARTS = 4  # of each recording, that are left out in turn
 
 @dataclass(frozen=True)
 class Course:
-    """The course of one ``effect`` that a fit speaks for.
+    """The course of one ``effect`` that a fit speaks for; '': of the supply, which is none.
 
     ``evidence``: twice the gain of the log likelihood; ``witnessed``: the same without the channel that misses most;
     ``share``: of the squared misfit beyond the noise that it takes; ``foretold``: the share of it (squared) that the
@@ -45,20 +48,20 @@ class Course:
 
 @dataclass(frozen=True)
 class _Kind:
-    """A course: of a ``draught`` or of the room, its usual ``size`` (of the conductance; K) and its ``pace`` (s)."""
+    """A course ``of`` a draught, the room or the supply: its usual ``size`` and its ``pace`` (s)."""
 
-    draught: bool
+    of: str
     size: float
     pace: float
 
 
 @dataclass(frozen=True)
 class _Part:
-    """One recording: its knots (s), the fibre's excess over the room there (K), and, of the whitened residuals r that
-    unknowns move by J and a warmer room by A: A'A, A'J and A'r."""
+    """One recording: its knots (s), what a course of size 1 is there (K, by whose it is), and, of the whitened
+    residuals r that unknowns move by J and a warmer room by A: A'A, A'J and A'r."""
 
     knots: Array
-    excess: Array
+    usual: Mapping[str, Array]
     own: Array
     beside: Array
     pull: Array
@@ -74,7 +77,7 @@ class _Linear:
 
 
 def courses(fitted: Fit) -> list[Course]:
-    """Those of a draught and of a room, the likelier first; none where a single channel was recorded."""
+    """Those of a draught, a room and the supply, the likeliest first; none where a single channel was recorded."""
     problem = fitted.problem
     fitted = with_noise(fitted, quick_noise(problem.experiments))
     missed = _missed(fitted)
@@ -83,13 +86,12 @@ def courses(fitted: Fit) -> list[Course]:
     most, beyond = max(missed, key=lambda name: missed[name]), sum(missed.values())
     whole, witness = _linear(fitted), _linear(fitted, without=most)
     found = []
-    for effect, sizes in ((problem.model.roles.course, _OF_DRAUGHT), (problem.model.roles.room, _OF_ROOM)):
-        if not effect:
-            continue
-        draught = effect == problem.model.roles.course
-        tried = [_Kind(draught, size, pace) for size in sizes for pace in _PACES]
+    roles = problem.model.roles
+    for of, effect in ((_DRAUGHT, roles.course), (_ROOM, roles.room), (_SUPPLY, '')):
+        tried = [_Kind(of, size, pace) for size in _SIZES[of] for pace in _PACES]
         (evidence, took), kind = max(((_evidence(whole, kind), kind) for kind in tried), key=lambda one: one[0])
-        shares = [w / _usual(p, draught) for p, w in zip(whole.parts, _likeliest(whole, kind), strict=True)]
+        likeliest = zip(whole.parts, _likeliest(whole, kind), strict=True)
+        shares = [w / np.maximum(part.usual[of], COLD) for part, w in likeliest]
         share = took / max(beyond, 1e-300)
         found.append(Course(effect, evidence, _evidence(witness, kind)[0], share, _foretold(fitted, whole, shares)))
     return sorted(found, key=lambda course: -course.evidence)
@@ -123,7 +125,8 @@ def _linear(fitted: Fit, without: str = '') -> _Linear:
         excess = np.maximum(np.interp(knots, experiment.imposed.time, excess_of(fitted, k)), COLD)
         own += moved.T @ moved
         pull += moved.T @ left
-        parts.append(_Part(knots, excess, warmer.T @ warmer, warmer.T @ moved, warmer.T @ left))
+        usual = {_DRAUGHT: excess, _ROOM: np.ones(knots.size), _SUPPLY: excess.max() * _power(experiment, knots)}
+        parts.append(_Part(knots, usual, warmer.T @ warmer, warmer.T @ moved, warmer.T @ left))
     return _Linear(own, pull, tuple(parts))
 
 
@@ -134,14 +137,16 @@ def _kept(fitted: Fit, k: int, without: str) -> Mask:
     return np.concatenate([*counts, np.zeros(beyond, dtype=bool)])
 
 
+def _power(experiment: Experiment, knots: Array) -> Array:
+    """The power of the drive at each knot, of its largest."""
+    drive = np.abs(experiment.imposed.drive) ** (1 if experiment.imposed.kind == 'power' else 2)
+    power: Array = np.interp(knots, experiment.imposed.time, drive) / max(float(drive.max()), 1e-300)
+    return power
+
+
 def _ways(linear: _Linear, kind: _Kind) -> list[Array]:
     """The factor L of the covariance L L' of a course, in K at each knot, by recording."""
-    return [kind.size * _usual(p, kind.draught)[:, None] * persisting(p.knots, kind.pace) for p in linear.parts]
-
-
-def _usual(part: _Part, draught: bool) -> Array:
-    """What a course of size 1 is at each knot of a recording, K."""
-    return part.excess if draught else np.ones(part.knots.size)
+    return [kind.size * part.usual[kind.of][:, None] * persisting(part.knots, kind.pace) for part in linear.parts]
 
 
 def _evidence(linear: _Linear, kind: _Kind) -> tuple[float, float]:

@@ -6,7 +6,7 @@ agree on it (of a stroke a hundredth of a kelvin makes much, and so does mechani
 not foretell it, as it would a law. What it hid is sought beside it then.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
@@ -24,6 +24,7 @@ from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 
 _LAW = 0.2  # of a course (squared): more that the state foretells is a law's
 _SURE = 10.0  # least drops
+_AS_MUCH = 0.99  # of the evidence
 
 
 def with_weather(found: Selection, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
@@ -39,7 +40,7 @@ def with_weather(found: Selection, effects: Sequence[str], progress: Callable[[]
         return found
     begun = _without_heat_laws(found)
     base = begun.final
-    likely = [course for course in courses(base) if course.effect in inferred]
+    likely = _of_the_air(courses(base), inferred)
     if not likely or not _plain(likely, _SURE * base.problem.policy.least_drop):
         return found
     named = _named(begun, base, likely, progress)
@@ -68,6 +69,13 @@ def _named(
     if found.chosen and not good_company(found.calibrated, base, followed, HALF, least_of_all(rivals[0])):
         return None
     return _with(found, rivals, likely[0], followed)
+
+
+def _of_the_air(likely: Sequence[Course], inferred: Collection[str]) -> list[Course]:
+    """The courses of a draught and a room, the likelier first; none where an unsteady supply explains as much."""
+    air = [course for course in likely if course.effect in inferred]
+    supply = max((course.evidence for course in likely if not course.effect), default=0.0)
+    return [] if not air or supply > _AS_MUCH * air[0].evidence else air
 
 
 def _plain(likely: Sequence[Course], sure: float) -> bool:
