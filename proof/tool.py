@@ -136,9 +136,9 @@ def replay(experiment: Experiment, muscle: Parameters, before: Sequence[Experime
     Fitted is only what the recording brings of its own: the room, the temperature and other states at the start, the
     zero of displacement and force. They are no property of a muscle.
     """
-    cycles, used = ages([*before, experiment], [e.outputs(muscle) for e in before])[-1]
+    earlier = ages([*before, experiment], [e.outputs(muscle) for e in before])[-1]
     own = own_unknowns(experiment, muscle)
-    problem = Problem((experiment,), muscle, own, quick_noise([experiment]), (Latent(cycles, used),))
+    problem = Problem((experiment,), muscle, own, quick_noise([experiment]), (Latent(earlier),))
     return replayed(fit(problem, rounds=ROUNDS, tolerance=1e-5), 0)
 
 
