@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.made import NOMINAL, TRUE, experiment
+from diagnosis.made import NOMINAL, TRUE, experiment, shown_with
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
@@ -28,13 +28,6 @@ def recorded(muscle, *loads):
 def calibrated(runs):
     """Their fit without any effect."""
     return settle_noise(in_turn(calibrate(runs, NOMINAL).fit))[0]
-
-
-def shown_with(run, course):
-    """The same recording, by a sensor that is off by a course (m) over the seconds since it began."""
-    shown = run.observed['displacement']
-    off = replace(shown, value=shown.value + course(shown.time - shown.time[0]))
-    return replace(run, observed={**run.observed, 'displacement': off})
 
 
 def drifted(run, seed):

@@ -1,10 +1,8 @@
 """A first stroke, which comes but once, and the sensor that warms up before each recording."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from diagnosis.made import NOMINAL, TRUE, experiment
+from diagnosis.made import NOMINAL, TRUE, experiment, shown_with
 
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
@@ -24,9 +22,7 @@ def found_in(runs):
 
 def warmed(run, size):
     """The same recording by a laser that warms up: so much (m), in five minutes."""
-    shown = run.observed['displacement']
-    off = replace(shown, value=shown.value + size * (1.0 - np.exp(-(shown.time - shown.time[0]) / 300.0)))
-    return replace(run, observed={**run.observed, 'displacement': off})
+    return shown_with(run, lambda since: size * (1.0 - np.exp(-since / 300.0)))
 
 
 @pytest.mark.parametrize('once', [True, False])

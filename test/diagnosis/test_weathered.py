@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.made import NOMINAL, TIME, TRUE, experiment
+from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.notes import on_draught
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
@@ -16,7 +16,6 @@ from tcp_muscle_ros.diagnosis.search.weathered import with_weather
 from tcp_muscle_ros.muscle import simulate
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
-NOISE = {'temperature': 0.2, 'resistance': 0.02, 'displacement': 5e-5}
 CURRENTS = (0.27, 0.22, 0.25)
 CIRCUMSTANCES = ['airflow', 'ambient_drift']
 
@@ -45,17 +44,10 @@ def drifting(k):
 
 def recorded_in(weather, muscle=TRUE):
     """Three recordings in a weather that their thermometers do not show."""
-    runs = []
-    for k, current in enumerate(CURRENTS):
-        run, rng = experiment(CHANNELS, current, muscle=muscle), np.random.default_rng(50 + k)
-        drive, ambient = run.imposed.drive, NOMINAL['T0'] + weather(k)
-        out = simulate(muscle, TIME, drive, kind='current', load=0.588, ambient=ambient)
-        observed = {
-            name: replace(o, value=getattr(out, name) + NOISE[name] * rng.standard_normal(TIME.size))
-            for name, o in run.observed.items()
-        }
-        runs.append(replace(run, observed=observed))
-    return runs
+    return [
+        experiment(CHANNELS, current, seed=50 + k, muscle=muscle, ambient=NOMINAL['T0'] + weather(k))
+        for k, current in enumerate(CURRENTS)
+    ]
 
 
 def calibrated(runs):

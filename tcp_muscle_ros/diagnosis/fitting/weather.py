@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tcp_muscle_ros.diagnosis.fitting.draught import COLD, excess_of, persisting
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, drivers, hats
@@ -18,7 +19,7 @@ from tcp_muscle_ros.diagnosis.fitting.room import knots_of, responses, thermal_l
 from tcp_muscle_ros.diagnosis.fitting.weighing import with_noise
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.muscle.arrays import Array, Mask
+from tcp_muscle_ros.muscle.arrays import Array
 
 _APART, _SHORTEST, _MOST = 0.3, 2.0, 120  # thermal time constants, and s, between knots at least; how many at most
 _PACES = (6.0, 40.0)  # s over which a course is much the same
@@ -56,9 +57,22 @@ class _Kind:
 
 
 @dataclass(frozen=True)
+class _Rows:
+    """The whitened residuals r of one recording (``left``), the ``channel`` of each ('': none), by how much unknowns
+    move them (J, in the priors' standard deviations) and a ``warmer`` room (A, 1 K at each of the ``knots``, s); and
+    what a course of size 1 is there (``usual``: K, by whose it is)."""
+
+    channel: NDArray[np.str_]
+    left: Array
+    moved: Array
+    warmer: Array
+    knots: Array
+    usual: Mapping[str, Array]
+
+
+@dataclass(frozen=True)
 class _Part:
-    """One recording: its knots (s), what a course of size 1 is there (K, by whose it is), and, of the whitened
-    residuals r that unknowns move by J and a warmer room by A: A'A, A'J and A'r."""
+    """One recording: its knots, what a course of size 1 is there, and A'A, A'J and A'r."""
 
     knots: Array
     usual: Mapping[str, Array]
@@ -69,7 +83,7 @@ class _Part:
 
 @dataclass(frozen=True)
 class _Linear:
-    """A fit in linear approximation: J'J and J'r in the priors' standard deviations, and each recording."""
+    """A fit in linear approximation: J'J and J'r, and each recording."""
 
     own: Array
     pull: Array
@@ -80,11 +94,12 @@ def courses(fitted: Fit) -> list[Course]:
     """Those of a draught, a room and the supply, the likeliest first; none where a single channel was recorded."""
     problem = fitted.problem
     fitted = with_noise(fitted, quick_noise(problem.experiments))
-    missed = _missed(fitted)
-    if len(missed) < 2:
+    if len({name for e in problem.experiments for name in e.observed}) < 2:
         return []
+    rows = _rows(fitted)
+    missed = _missed(rows)
     most, beyond = max(missed, key=lambda name: missed[name]), sum(missed.values())
-    whole, witness = _linear(fitted), _linear(fitted, without=most)
+    whole, witness = _linear(rows), _linear(rows, without=most)
     found = []
     roles = problem.model.roles
     for of, effect in ((_DRAUGHT, roles.course), (_ROOM, roles.room), (_SUPPLY, '')):
@@ -97,44 +112,43 @@ def courses(fitted: Fit) -> list[Course]:
     return sorted(found, key=lambda course: -course.evidence)
 
 
-def _missed(fitted: Fit) -> dict[str, float]:
+def _rows(fitted: Fit) -> list[_Rows]:
+    """Those of all recordings, whitened."""
+    problem, spreads = fitted.problem, fitted.problem.spreads()
+    apart, found = max(_APART * thermal_lag(fitted), _SHORTEST), []
+    for k, (experiment, slopes, left) in enumerate(zip(problem.followed, fitted.slopes, fitted.residuals, strict=True)):
+        knots = knots_of(experiment, apart, _MOST)
+        excess = np.maximum(np.interp(knots, experiment.imposed.time, excess_of(fitted, k)), COLD)
+        usual = {_DRAUGHT: excess, _ROOM: np.ones(knots.size), _SUPPLY: excess.max() * _power(experiment, knots)}
+        sizes = [observed.time.size for observed in experiment.observed.values()]
+        channel = np.repeat([*experiment.observed, ''], [*sizes, left.size - sum(sizes)])
+        warmer, moved = problem.columns(responses(fitted, k, knots), k), problem.columns(slopes, k) * spreads
+        found.append(_Rows(channel, left, moved, warmer, knots, usual))
+    return found
+
+
+def _missed(rows: Sequence[_Rows]) -> dict[str, float]:
     """The squared whitened misfit beyond the noise of each channel."""
     missed: dict[str, float] = {}
-    for experiment, residual in zip(fitted.problem.experiments, fitted.residuals, strict=True):
-        start = 0
-        for name, observed in experiment.observed.items():
-            part = residual[start : start + observed.time.size]
-            start += part.size
+    for mine in rows:
+        for name in dict.fromkeys(mine.channel[mine.channel != '']):
+            part = mine.left[mine.channel == name]
             missed[name] = missed.get(name, 0.0) + float(part @ part) - part.size
     return missed
 
 
-def _linear(fitted: Fit, without: str = '') -> _Linear:
+def _linear(rows: Sequence[_Rows], without: str = '') -> _Linear:
     """The linear approximation, ``without`` one of the channels."""
-    problem, spreads = fitted.problem, fitted.problem.spreads()
     parts: list[_Part] = []
-    own, pull = np.zeros((spreads.size, spreads.size)), np.zeros(spreads.size)
-    apart = max(_APART * thermal_lag(fitted), _SHORTEST)
-    for k, (experiment, slopes, residual) in enumerate(
-        zip(problem.followed, fitted.slopes, fitted.residuals, strict=True)
-    ):
-        kept = _kept(fitted, k, without)
-        knots = knots_of(experiment, apart, _MOST)
-        moved = (problem.columns(slopes, k) * spreads)[kept]
-        warmer, left = problem.columns(responses(fitted, k, knots), k)[kept], residual[kept]
-        excess = np.maximum(np.interp(knots, experiment.imposed.time, excess_of(fitted, k)), COLD)
+    count = rows[0].moved.shape[1]
+    own, pull = np.zeros((count, count)), np.zeros(count)
+    for mine in rows:
+        kept = (mine.channel != '') & (mine.channel != without)
+        moved, warmer, left = mine.moved[kept], mine.warmer[kept], mine.left[kept]
         own += moved.T @ moved
         pull += moved.T @ left
-        usual = {_DRAUGHT: excess, _ROOM: np.ones(knots.size), _SUPPLY: excess.max() * _power(experiment, knots)}
-        parts.append(_Part(knots, usual, warmer.T @ warmer, warmer.T @ moved, warmer.T @ left))
+        parts.append(_Part(mine.knots, mine.usual, warmer.T @ warmer, warmer.T @ moved, warmer.T @ left))
     return _Linear(own, pull, tuple(parts))
-
-
-def _kept(fitted: Fit, k: int, without: str) -> Mask:
-    """Which residuals of a recording count."""
-    counts = [np.full(o.time.size, name != without) for name, o in fitted.problem.experiments[k].observed.items()]
-    beyond = fitted.residuals[k].size - sum(count.size for count in counts)
-    return np.concatenate([*counts, np.zeros(beyond, dtype=bool)])
 
 
 def _power(experiment: Experiment, knots: Array) -> Array:

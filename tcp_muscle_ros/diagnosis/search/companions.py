@@ -96,17 +96,19 @@ def allowing_for(present: Fit, others: tuple[str, ...]) -> Fit:
 def _anew(fitted: Fit, others: tuple[str, ...]) -> Fit:
     """The fit with the course of a draught or a room inferred anew, where there is one: it had bent to what an effect
     beside it explains."""
-    if all(latent.draught is None for latent in fitted.problem.latents):
-        return fitted
-    return allowing_for(draught.without_course(fitted), others)
+    return allowing_for(draught.without_course(fitted), others) if _has_course(fitted) else fitted
+
+
+def _has_course(fitted: Fit) -> bool:
+    """Whether the course of a draught or a room is inferred."""
+    return any(latent.draught is not None for latent in fitted.problem.latents)
 
 
 def _no_weather(rival: Rival, beside: Fit) -> bool:
     """Whether it is plainly there beside a course, which leaves nothing to take, and none that heat does: of that the
     course, which is never quite as it usually is, may leave some."""
-    free = any(latent.draught is not None for latent in beside.problem.latents)
     plain = penalised(beside) - rival.score >= _PLAIN * rival.policy.least_drop
-    return free and plain and rival.definition.stage in ('electrical', 'mechanical')
+    return _has_course(beside) and plain and rival.definition.stage in ('electrical', 'mechanical')
 
 
 def _stands_alone(rival: Rival, rivals: Sequence[Rival], beside: Fit) -> bool:
@@ -129,5 +131,4 @@ def _least(rival: Rival) -> float:
     """
     if _bends(rival):
         return least_of_all(rival)
-    free = any(latent.draught is not None for latent in rival.fit.problem.latents)
-    return 0.0 if free else rival.policy.companion_of_all
+    return 0.0 if _has_course(rival.fit) else rival.policy.companion_of_all

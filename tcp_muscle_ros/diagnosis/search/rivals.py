@@ -128,9 +128,18 @@ def rivals_for(
 
 def one_for_all(base: Fit, effect: str) -> Rival | None:
     """The effect with one strength for all recordings, refitted on top of a fit; None where the model runs away."""
-    shared = [candidate for candidate in Screen.of(base).candidates(effect) if not candidate.own]
-    best = sorted(shared, key=lambda c: -c.gain)[:1]
-    return next(iter(rivals_for(base, best, None)), None)
+    return _refitted(base, [c for c in Screen.of(base).candidates(effect) if not c.own], None)
+
+
+def one_for_each(base: Fit, effect: str, progress: Callable[[], None] | None) -> Rival | None:
+    """The circumstance in every recording as it was there, refitted on top of a fit; None where the model runs away."""
+    return _refitted(base, [c for c in Screen.of(base).candidates(effect) if c.own], progress)
+
+
+def _refitted(base: Fit, candidates: Sequence[Candidate], progress: Callable[[], None] | None) -> Rival | None:
+    """The most promising of these candidates, refitted."""
+    best = sorted(candidates, key=lambda c: -c.gain)[:1]
+    return next(iter(rivals_for(base, best, progress)), None)
 
 
 def _to_the_end(rival: Rival) -> Rival:

@@ -13,13 +13,12 @@ from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weather import Course, courses
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
-from tcp_muscle_ros.diagnosis.search.candidates import Screen
 from tcp_muscle_ros.diagnosis.search.companions import allowing_for, companions, stand_ins
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_all
 from tcp_muscle_ros.diagnosis.search.free_laws import HALF, LAST, excess, less
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, held_out, stretches
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, rivals_for, shrink
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, one_for_each, penalised, shrink
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 
 _LAW = 0.2  # of a course (squared): more that the state foretells is a law's
@@ -44,7 +43,7 @@ def with_weather(found: Selection, effects: Sequence[str], progress: Callable[[]
     if not likely or not _plain(likely, _SURE * base.problem.policy.least_drop):
         return found
     named = _named(begun, base, likely, progress)
-    return found if named is None else _with_what_it_hid(named, likely[0].effect, effects, progress)
+    return found if named is None else _looked_at(_with_what_it_hid(named, likely[0].effect, effects, progress))
 
 
 def _without_heat_laws(found: Selection) -> Selection:
@@ -87,13 +86,9 @@ def _plain(likely: Sequence[Course], sure: float) -> bool:
 
 def _described(base: Fit, likely: Sequence[Course], progress: Callable[[], None] | None) -> list[Rival]:
     """The fits with one gust, or a cubic, in every recording; each as good as the evidence of its course says."""
-    screen, bare = Screen.of(base), penalised(base)
-    found = []
-    for course in likely:
-        own = [candidate for candidate in screen.candidates(course.effect) if candidate.own]
-        best = sorted(own, key=lambda candidate: -candidate.gain)[:1]
-        found += [Rival(r.effect, r.fit, bare - course.evidence) for r in rivals_for(base, best, progress)]
-    return found
+    bare = penalised(base)
+    fits = [one_for_each(base, course.effect, progress) for course in likely]
+    return [replace(r, score=bare - course.evidence) for r, course in zip(fits, likely, strict=True) if r is not None]
 
 
 def _with(found: Selection, rivals: Sequence[Rival], course: Course, followed: Fit) -> Selection:
@@ -104,7 +99,7 @@ def _with(found: Selection, rivals: Sequence[Rival], course: Course, followed: F
     scored = tuple(replace(r, score=bare - less_noise * (bare - r.score)) for r in rivals)
     gain = Gain(course.witnessed, 0.0, 0.0, 1.0, len(final.problem.experiments))
     share = 1.0 - excess(followed, found) / max(excess(found.calibrated, found), 1e-300)
-    return _after(replace(found, chosen=(*found.chosen, Chosen(course.effect, drop, gain, share, scored))), final)
+    return _ending(replace(found, chosen=(*found.chosen, Chosen(course.effect, drop, gain, share, scored))), final)
 
 
 def _with_what_it_hid(
@@ -115,7 +110,7 @@ def _with_what_it_hid(
     instead, without = stand_ins(allowing_for(found.final, (weather,)), others)
     if instead:
         kept = tuple(c for c in found.chosen if c.effect not in instead)
-        found = _after(replace(found, chosen=kept, unnamed=None), allowing_for(without, ()))
+        found = _ending(replace(found, chosen=kept, unnamed=None), allowing_for(without, ()))
     model, accepted = found.final.problem.model, [c.effect for c in found.chosen]
     pool = [e for e in effects if e not in accepted and e not in model.roles.inferred and e != model.roles.swings]
     most = int(found.final.problem.policy.most_effects)
@@ -123,8 +118,8 @@ def _with_what_it_hid(
     if not beside.contests:
         return found
     more = [Chosen(e, drop, *beside.standing[e], tuple(rivals)) for e, (drop, rivals) in beside.contests.items()]
-    found = _after(replace(found, chosen=(*found.chosen, *more)), beside.fit)
-    base = shrink(draught.without_course(found.final), weather)  # which of the two it is, they may have hidden
+    found = _ending(replace(found, chosen=(*found.chosen, *more)), beside.fit)
+    base = shrink(found.final, weather)  # which of the two it is, they may have hidden
     likely = [course for course in courses(base) if course.effect in effects]
     if likely[0].effect == weather:
         return found
@@ -132,17 +127,15 @@ def _with_what_it_hid(
     return _named(replace(found, chosen=kept), base, likely, progress) or found
 
 
-def _after(found: Selection, final: Fit) -> Selection:
-    """The selection that ends with this fit. What each recording has for itself, only other stretches of it tell."""
+def _ending(found: Selection, final: Fit) -> Selection:
+    """The selection that ends with this fit."""
     final = settle_noise(final, 1)[0]
-    kept_back = stretches(final.problem)
-    return replace(
-        found,
-        final=final,
-        chosen=tuple(sorted(found.chosen, key=lambda c: -c.drop)),
-        before=held_out(found.calibrated, kept_back),
-        after=held_out(final, kept_back),
-        structure_after=structures(final),
-        other_conditions=False,
-        kept_back=kept_back,
-    )
+    chosen = tuple(sorted(found.chosen, key=lambda c: -c.drop))
+    return replace(found, final=final, chosen=chosen, structure_after=structures(final))
+
+
+def _looked_at(found: Selection) -> Selection:
+    """The selection with what unseen data say. What each recording has for itself, only other stretches of it tell."""
+    kept_back = stretches(found.final.problem)
+    before, after = held_out(found.calibrated, kept_back), held_out(found.final, kept_back)
+    return replace(found, before=before, after=after, other_conditions=False, kept_back=kept_back)

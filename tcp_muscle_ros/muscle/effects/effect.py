@@ -89,7 +89,7 @@ class Effect:
     ``heat`` needs ``q[VELOCITY]`` or ``q[FORCE_RATE]``, which depend on the heating they change. ``circumstance``: it
     is no property of the muscle but of the room or the rig at the time, and may differ from recording to recording.
     ``moments``: its parameters that are instants or spans of a recording; ``whole``: one that is a recording's length;
-    ``age``: one that counts the muscle's cycles or seconds before it. ``unexpected``: none is known of this fibre in
+    ``age``: one that says what the muscle went through before it. ``unexpected``: none is known of this fibre in
     the model's domain, so that of two that explain the same the other is named. ``one_way``: what causes it moves it
     from ``none`` towards the usual value, hardly ever the other way. ``listed``: the diagnosis may name it. ``chance``:
     its instants are chance, so that it has no slope for a fit to follow. ``columns``: which of its parameters are the
