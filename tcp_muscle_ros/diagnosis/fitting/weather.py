@@ -93,7 +93,7 @@ class _Linear:
 def courses(fitted: Fit) -> list[Course]:
     """Those of a draught, a room and the supply, the likeliest first; none where a single channel was recorded."""
     problem = fitted.problem
-    fitted = with_noise(fitted, quick_noise(problem.experiments))
+    fitted = as_read(fitted)
     if len({name for e in problem.experiments for name in e.observed}) < 2:
         return []
     rows = _rows(fitted)
@@ -110,6 +110,11 @@ def courses(fitted: Fit) -> list[Course]:
         share = took / max(beyond, 1e-300)
         found.append(Course(effect, evidence, _evidence(witness, kind)[0], share, _foretold(fitted, whole, shares)))
     return sorted(found, key=lambda course: -course.evidence)
+
+
+def as_read(fitted: Fit) -> Fit:
+    """The fit under the noise of the instruments."""
+    return with_noise(fitted, quick_noise(fitted.problem.experiments))
 
 
 def _rows(fitted: Fit) -> list[_Rows]:

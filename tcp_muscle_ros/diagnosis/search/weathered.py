@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.weather import Course, courses
+from tcp_muscle_ros.diagnosis.fitting.weather import Course, as_read, courses
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.companions import allowing_for, companions, stand_ins
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_all
@@ -67,7 +67,7 @@ def _named(
         return None
     if found.chosen and not good_company(found.calibrated, base, followed, HALF, least_of_all(rivals[0])):
         return None
-    return _with(found, rivals, likely[0], followed)
+    return _with(found, rivals, likely[0], followed, _less_noise(found, base, likely[0]))
 
 
 def _of_the_air(likely: Sequence[Course], inferred: Collection[str]) -> list[Course]:
@@ -91,15 +91,27 @@ def _described(base: Fit, likely: Sequence[Course], progress: Callable[[], None]
     return [replace(r, score=bare - course.evidence) for r, course in zip(fits, likely, strict=True) if r is not None]
 
 
-def _with(found: Selection, rivals: Sequence[Rival], course: Course, followed: Fit) -> Selection:
-    """The selection that has it: the weakest beside what was named before, as its evidence is under less noise."""
+def _with(found: Selection, rivals: Sequence[Rival], course: Course, followed: Fit, less_noise: float) -> Selection:
+    """The selection that has it; ``less_noise`` makes its evidence one with the drops of what was named before."""
     final = rivals[0].fit
-    drop = min([course.evidence, *(c.drop for c in found.chosen)])
-    bare, less_noise = rivals[0].score + course.evidence, drop / course.evidence
+    drop, bare = less_noise * course.evidence, rivals[0].score + course.evidence
     scored = tuple(replace(r, score=bare - less_noise * (bare - r.score)) for r in rivals)
     gain = Gain(course.witnessed, 0.0, 0.0, 1.0, len(final.problem.experiments))
     share = 1.0 - excess(followed, found) / max(excess(found.calibrated, found), 1e-300)
     return _ending(replace(found, chosen=(*found.chosen, Chosen(course.effect, drop, gain, share, scored))), final)
+
+
+def _less_noise(found: Selection, base: Fit, course: Course) -> float:
+    """What makes the evidence of a course, under the noise of the instruments, one with the drops of what was named
+    before, under the noise of the fits: the drop of the strongest, over what it adds to the course under the same."""
+    strongest = max(found.chosen, key=lambda c: c.drop, default=None)
+    if strongest is None:
+        return 1.0
+    both = as_read(base)
+    alone = shrink(both, strongest.effect)
+    evidence = {c.effect: c.evidence for c in courses(alone)}
+    adds = penalised(alone) - penalised(both) + course.evidence - evidence[course.effect]
+    return min(strongest.drop / max(adds, 1e-300), 1.0)
 
 
 def _with_what_it_hid(
