@@ -6,7 +6,7 @@ temperature, resistance and stroke alike, each in its own way: what one channel 
 heat that an unsteady supply makes, but only while it drives: it competes, for neither of the two is named in its place.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +35,7 @@ _PARTS = 4  # of each recording, that are left out in turn
 class Course:
     """The course of one ``effect`` that a fit speaks for; '': of the supply, which is none.
 
-    ``evidence``: twice the gain of the log likelihood; ``witnessed``: the same without the channel that misses most;
+    ``evidence``: twice the gain of the log likelihood; ``witnessed``: by how much it is more than that of a course which moves one channel alone;
     ``share``: of the squared misfit beyond the noise that it takes; ``foretold``: the share of it (squared) that the
     state of the muscle foretells in parts of them that were left out, as it would if it were a law.
     """
@@ -98,8 +98,8 @@ def courses(fitted: Fit) -> list[Course]:
         return []
     rows = _rows(fitted)
     missed = _missed(rows)
-    most, beyond = max(missed, key=lambda name: missed[name]), sum(missed.values())
-    whole, witness = _linear(rows), _linear(rows, without=most)
+    beyond = sum(missed.values())
+    whole, alone = _linear(rows, missed), [_linear(rows, [name]) for name in missed]
     found = []
     roles = problem.model.roles
     for of, effect in ((_DRAUGHT, roles.course), (_ROOM, roles.room), (_SUPPLY, '')):
@@ -108,7 +108,8 @@ def courses(fitted: Fit) -> list[Course]:
         likeliest = zip(whole.parts, _likeliest(whole, kind), strict=True)
         shares = [w / np.maximum(part.usual[of], COLD) for part, w in likeliest]
         share = took / max(beyond, 1e-300)
-        found.append(Course(effect, evidence, _evidence(witness, kind)[0], share, _foretold(fitted, whole, shares)))
+        witnessed = evidence - max(_evidence(one, kind)[0] for one in alone)
+        found.append(Course(effect, evidence, witnessed, share, _foretold(fitted, whole, shares)))
     return sorted(found, key=lambda course: -course.evidence)
 
 
@@ -142,14 +143,15 @@ def _missed(rows: Sequence[_Rows]) -> dict[str, float]:
     return missed
 
 
-def _linear(rows: Sequence[_Rows], without: str = '') -> _Linear:
-    """The linear approximation, ``without`` one of the channels."""
+def _linear(rows: Sequence[_Rows], channels: Collection[str]) -> _Linear:
+    """The linear approximation, where a warmer room moves these channels alone."""
     parts: list[_Part] = []
     count = rows[0].moved.shape[1]
     own, pull = np.zeros((count, count)), np.zeros(count)
     for mine in rows:
-        kept = (mine.channel != '') & (mine.channel != without)
-        moved, warmer, left = mine.moved[kept], mine.warmer[kept], mine.left[kept]
+        kept = mine.channel != ''
+        moved, left = mine.moved[kept], mine.left[kept]
+        warmer = mine.warmer[kept] * np.isin(mine.channel[kept], list(channels))[:, None]
         own += moved.T @ moved
         pull += moved.T @ left
         parts.append(_Part(mine.knots, mine.usual, warmer.T @ warmer, warmer.T @ moved, warmer.T @ left))

@@ -29,6 +29,13 @@ class Observed:
     stretch: Array | None = None
     within: float = 0.0
 
+    @property
+    def apart(self) -> float:
+        """How far apart its single samples are, s."""
+        if self.spacing or self.time.size < 2:
+            return self.spacing
+        return float(np.median(np.diff(self.time)))
+
     def averaged(self, shown: Array) -> Array:
         """What the mean over each block is where ``shown`` is what a model shows in its middle, both shape (m,).
 

@@ -21,6 +21,7 @@ _NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 # What begins in so many recordings within so many s after a switch (a share of the drive's span) is no chance.
 _SEVERAL, _TOGETHER, _SWITCH = 3, 2.0, 0.05
+_RESOLVED = 0.5  # of the time from sample to sample: an instant between two is known to so much
 _CHOOSING = 0.5  # of the best drop: a rival so far is tried by its other choices too
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
 
@@ -182,8 +183,11 @@ def begins(rival: Rival) -> bool:
 
 def sound(rival: Rival) -> bool:
     """Whether the muscle crosses, or nearly, what the effect needs to be crossed; and its strength is not as far as it
-    goes, nor are two of its numbers. Else it is another one in disguise."""
+    goes, nor are two of its numbers; what it makes late is so by what samples resolve. Else it is another one in
+    disguise."""
     definition = rival.definition
+    if not _resolved(rival):
+        return False
     if _spent(rival) or _ends(rival) > 1 or (definition.moments and follows_the_drive(rival)):
         return False
     for row in definition.fitted:
@@ -194,6 +198,12 @@ def sound(rival: Rival) -> bool:
             if abs(rival.fit.muscle[f'{rival.effect}.{row.name}'] - middle) > reach + around:
                 return False
     return True
+
+
+def _resolved(rival: Rival) -> bool:
+    """Whether samples resolve by how much it makes something late, where that is what it shows."""
+    late, seen = rival.definition.delay, [o for e in rival.fit.problem.experiments for o in e.observed.values()]
+    return late is None or late(rival.fit.muscle) >= _RESOLVED * min(o.apart for o in seen)
 
 
 def follows_the_drive(rival: Rival) -> bool:

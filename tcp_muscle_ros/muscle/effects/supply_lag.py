@@ -64,6 +64,7 @@ EFFECT = Effect(
     ),
     hooks={'drive': drive, 'rates': rates, 'sensor': sensor},
     strength='tau',
+    delay=lambda muscle: muscle['supply_lag.tau'],
     states=('delivered_drive', 'its_rate'),
     fastest_rate=lambda c, p: fastest(float(c[0])) * (1.0 if c[1] < 0.5 else 1.0 / sqrt(_EQUAL_POLES)),
 )  # fmt: skip

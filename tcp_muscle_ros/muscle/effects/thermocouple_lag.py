@@ -36,6 +36,7 @@ EFFECT = Effect(
     parameters=(Parameter('tau', 2.0, 's', 0.0, 30.0, 'time constant of the bead', 'estimated: 0.5 to 6.8 s'),),
     hooks={'rates': rates, 'sensor': sensor, 'initial': initial},
     strength='tau',
+    delay=lambda muscle: muscle['thermocouple_lag.tau'],
     states=('bead_temperature',),
     fastest_rate=lambda c, p: fastest(float(c[0])),
 )

@@ -65,6 +65,7 @@ EFFECT = Effect(
     hooks={'surroundings': surroundings, 'heat': heat, 'rates': rates, 'initial': initial},
     strength='f',
     states=('core_temperature',),
+    delay=lambda muscle: muscle['two_node.f'] * muscle['C'] / muscle['two_node.G'],
     fastest_rate=lambda c, p: float(
         (4.0 * p[INDEX['hA']] / p[_C] + 1.0 / max(c[0] * p[_C] / c[1], SHORTEST)) / (1.0 - c[0])
     ),
