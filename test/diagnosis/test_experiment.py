@@ -162,6 +162,16 @@ def test_a_load_message_that_came_late_is_put_right_by_the_force():
     assert imposed.load[np.searchsorted(imposed.time, [8.85, 9.25, 9.45])] == pytest.approx([1.0, 1.0, 0.5])
 
 
+@pytest.mark.parametrize('weights', [(0.69, 0.59, 0.69, 0.69, 0.69), (0.3, 1.2), (0.98, 0.95, 0.5)])
+def test_a_load_that_is_written_down_beside_every_sample_steps_where_it_says(weights):
+    load = np.repeat(weights, -(-TIME.size // len(weights)))[: TIME.size]
+    made = recording(current=(TIME, CURRENT), displacement=(TIME, 1e-3 * CURRENT - 0.02 * load), force=(TIME, load))
+    imposed = prepare(made, NOMINAL, most=500).imposed
+    steps = imposed.time[1:][np.diff(imposed.load) != 0.0]
+    assert steps == pytest.approx(TIME[1:][np.diff(load) != 0.0])
+    assert imposed.load[[0, -1]] == pytest.approx([weights[0], weights[-1]])
+
+
 def test_a_measured_force_is_the_load_without_its_noise():
     """A load cell's noise is no change of the load, after which the muscle would have to be seen sample by sample."""
     rng = np.random.default_rng(2)
