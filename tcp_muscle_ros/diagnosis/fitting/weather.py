@@ -35,9 +35,10 @@ _PARTS = 4  # of each recording, that are left out in turn
 class Course:
     """The course of one ``effect`` that a fit speaks for; '': of the supply, which is none.
 
-    ``evidence``: twice the gain of the log likelihood; ``witnessed``: by how much it is more than that of a course which moves one channel alone;
-    ``share``: of the squared misfit beyond the noise that it takes; ``foretold``: the share of it (squared) that the
-    state of the muscle foretells in parts of them that were left out, as it would if it were a law.
+    ``evidence``: twice the gain of the log likelihood; ``witnessed``: how much more that is than of a course which
+    moves one channel alone; ``share``: of the squared misfit beyond the noise that it takes; ``foretold``: the share of
+    it (squared) that the state of the muscle foretells in parts of them that were left out, as it would if it were a
+    law.
     """
 
     effect: str

@@ -8,10 +8,22 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen
 from tcp_muscle_ros.diagnosis.search.company import Contest, foretelling, in_place_of, share
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation
-from tcp_muscle_ros.diagnosis.search.rivals import CONTEST, Rival, begins, own, penalised, prefer, rescored, rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import (
+    CONTEST,
+    Rival,
+    begins,
+    own,
+    penalised,
+    prefer,
+    rescored,
+    rivals_for,
+    times_usual,
+)
 
 _TRIES = 4
-_ANYWHERE = 2.0  # times the usual drop: what may begin and end anywhere, or differs from recording to recording
+# Times the usual drop: what may begin and end anywhere, or differs from recording to recording; and physics that is
+# fainter than is known of the fibre, as what is left of anything looks like.
+_ANYWHERE, _FAINTLY = 2.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -79,5 +91,7 @@ def pick(
 def _least_drop(rival: Rival) -> float:
     """Of the score, that chance does not give."""
     effect = rival.definition
-    anywhere = own(rival) or (effect.circumstance and effect.stage != 'sensor')
-    return rival.policy.least_drop * (_ANYWHERE if anywhere else 1.0)
+    physics = effect.stage != 'sensor'
+    anywhere = own(rival) or (effect.circumstance and physics)
+    faint = physics and not effect.circumstance and abs(times_usual(rival)) < rival.policy.faint
+    return rival.policy.least_drop * (_FAINTLY if faint else _ANYWHERE if anywhere else 1.0)

@@ -123,8 +123,14 @@ def rivals_for(
             rival = _to_the_end(rival)
         found.append(rival)
     bar = bare - _CHOOSING * max((bare - rival.score for rival in found), default=0.0)
-    found = [_best_choice(rival, progress) if rival.score <= bar else rival for rival in found]
+    found = [_best_choice(_told(base, rival), progress) if rival.score <= bar else rival for rival in found]
     return sorted(found, key=lambda r: r.score)
+
+
+def _told(base: Fit, rival: Rival) -> Rival:
+    """The rival, or what it is for all recordings alike where none tells its own from nothing."""
+    shared = one_for_all(base, rival.effect) if own(rival) and not begins(rival) else None
+    return shared if shared is not None and begins(shared) else rival
 
 
 def one_for_all(base: Fit, effect: str) -> Rival | None:
@@ -182,13 +188,14 @@ def begins(rival: Rival) -> bool:
 
 
 def sound(rival: Rival) -> bool:
-    """Whether the muscle crosses, or nearly, what the effect needs to be crossed; and its strength is not as far as it
-    goes, nor are two of its numbers; what it makes late is so by what samples resolve. Else it is another one in
-    disguise."""
+    """Whether the muscle crosses, or nearly, what the effect needs to be crossed; its strength is not as far as it
+    goes, nor are two of its numbers, nor one where it acts the other way round; and samples resolve how late it makes
+    something. Else it is another one in disguise."""
     definition = rival.definition
     if not _resolved(rival):
         return False
-    if _spent(rival) or _ends(rival) > 1 or (definition.moments and follows_the_drive(rival)):
+    turned = definition.stage != 'sensor' and not definition.circumstance and times_usual(rival) < 0.0
+    if _spent(rival) or _ends(rival) > (0 if turned else 1) or (definition.moments and follows_the_drive(rival)):
         return False
     for row in definition.fitted:
         if row.crossed:
@@ -249,7 +256,7 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     physics as it is known would do), then what acts as it is known to and not the other way round, then what is
     expected of the fibre, then the fewest parameters. In one stage, where form decides, a form with more parameters
     follows another's by what it may bend: it must be more than alike to win. What had to be bent as far as it goes is
-    not alike. ``bare`` is the score without any of them.
+    not alike, and none of the simplest where another is better. ``bare`` is the score without any of them.
     """
     best, policy = min(r.score for r in rivals), rivals[0].policy
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
@@ -263,6 +270,8 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
         return rival.score - best >= max(policy.told_apart, share * (bare - best))
 
     close = [r for r in rivals if not beaten(r)]
+    free = min((r.score for r in close if not _at_its_end(r)), default=np.inf)
+    close = [r for r in close if r.score < free or not _at_its_end(r)]
     known = any(_known(r) for r in close)
 
     def order(rival: Rival) -> tuple[bool, int, bool, bool, int, float]:
@@ -274,6 +283,8 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
     first = min(close, key=order)
     stage = first.definition.stage
+    if stage == 'sensor' and own(first):  # of what is off by another amount each time no form is to be missed
+        return first
     alike = [r for r in close_rivals(rivals, bare - best) if r.definition.stage == stage and not _at_its_end(r)]
     return min([first, *alike], key=order)
 
@@ -343,14 +354,21 @@ def _told_from(unknown: Unknown, none: float, z: float, spread: float) -> bool:
 
 
 def _strengths(rival: Rival, fixed: bool = False) -> Array:
-    """In each recording (``fixed``: in those that tell it from none), or in all alike, in the strength that it usually
-    has."""
+    """In each recording (``fixed``: in those that tell it from none, and how far from the mean of all in those that
+    tell it from that), or in all alike, in the strength that it usually has."""
     definition, fitted = rival.definition, rival.fit
     key, none = f'{rival.effect}.{definition.strength}', definition.none
     usual = fitted.problem.model.specifications[key].value - none
     mine = [(k, u) for k, u in enumerate(fitted.problem.unknowns) if u.name == key and u.recording is not None]
     if not mine:
         return np.array([(fitted.muscle[key] - none) / usual])
-    if fixed:
-        mine = [(k, u) for k, u in mine if _told_from(u, none, fitted.z[k], float(np.sqrt(fitted.covariance[k, k])))]
-    return np.array([(u.from_fit(float(fitted.z[k])) - none) / usual for k, u in mine])
+    strengths = np.array([(u.from_fit(float(fitted.z[k])) - none) / usual for k, u in mine])
+    if not fixed:
+        return strengths
+    told = [_told_from(u, none, fitted.z[k], float(np.sqrt(fitted.covariance[k, k]))) for k, u in mine]
+    # What all recordings share of it, the muscle's own numbers may be, and then none of them tells it from nothing.
+    places = [k for k, _ in mine]
+    apart = np.eye(len(mine)) - 1.0 / len(mine)
+    spreads = np.sqrt(np.diag(apart @ fitted.covariance[np.ix_(places, places)] @ apart.T))
+    differ = np.abs(apart @ fitted.z[places]) > spreads
+    return np.append(strengths[told], (apart @ strengths)[differ])
