@@ -12,11 +12,12 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, stru
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.search import picking
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.search.companions import Companions
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
 from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, prefer, rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, own, prefer, rivals_for, sound
 from tcp_muscle_ros.diagnosis.search.selection import _Search, select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
@@ -225,6 +226,34 @@ def test_what_is_bent_as_far_as_it_goes_is_not_alike(softened):
         problem = with_effect(softened.problem, Candidate('radiation', {'radiation.eps': eps}, 0.0, 0.0))
         fitted = fit(problem, np.concatenate([softened.z, problem.start()[softened.z.size :]]), rounds=0)
         assert prefer([flexible, Rival('radiation', fitted, 1500.0)], 11_000.0).effect == named
+
+
+def test_what_samples_do_not_resolve_is_late_by_nothing(softened):
+    """One each fifth of a second: a core that follows within a twentieth of one is none."""
+    lags, follows = (as_rival(softened, 'two_node', 1000.0, f=0.4, G=g) for g in (0.2, 1.2))
+    assert begins(lags)
+    assert not sound(follows)
+    assert sound(as_rival(softened, 'supply_lag', 1000.0, tau=0.5))
+    assert not sound(as_rival(softened, 'supply_lag', 1000.0, tau=0.05))
+    assert not sound(as_rival(softened, 'thermocouple_lag', 1000.0, tau=0.05))
+
+
+def test_a_trace_of_physics_must_be_plain(softened):
+    """A drop that chance does not give is enough for what is as strong as it is known to be."""
+    least = softened.problem.policy.least_drop
+    known, trace = (as_rival(softened, 'shear_softening', 1000.0, b=b) for b in (0.4, 0.02))
+    assert picking.least_drop(known) == least
+    assert picking.least_drop(trace) == 10.0 * least
+
+
+def test_an_ammeter_that_is_off_by_another_amount_each_time_is_named():
+    """No recording tells its own gain from nothing, as the muscle's own resistance may be what all share; but they
+    differ."""
+    off = [TRUE.replace({'current_gain.g': g}).with_effects('current_gain') for g in (1.03, 1.0, 0.98)]
+    runs = [experiment(CHANNELS, 0.2 + 0.03 * k, 0.588, k, muscle=muscle) for k, muscle in enumerate(off)]
+    found = select(calibrate(runs, NOMINAL).fit, ['current_gain', 'temperature_offset', 'thermocouple_gain', 'airflow'])
+    assert [c.effect for c in found.chosen] == ['current_gain']
+    assert own(found.chosen[0].rivals[0])
 
 
 @pytest.mark.parametrize(

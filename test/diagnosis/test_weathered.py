@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
+from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment, shown_with
 
 from tcp_muscle_ros.diagnosis.answer.notes import on_draught
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
@@ -95,6 +95,22 @@ def test_a_law_that_is_not_listed_is_no_weather(effect):
     runs = recorded_in(lambda k: np.zeros(TIME.size), TRUE.replace(strong).with_effects(effect))
     found = select_twice(calibrated(runs), [])
     assert with_weather(found, CIRCUMSTANCES) is found
+
+
+def test_a_laser_that_wanders_is_no_weather():
+    """A room that moves the stroke alone: by hundredths of a kelvin, which no other channel shows."""
+    runs = [shown_with(run, lambda t, k=k: 2e-4 * np.interp(t, TIME, wander(30 + k, 30.0))) for k, run in still_runs()]
+    base, _ = settle_noise(calibrated(runs))
+    likely = {course.effect: course for course in courses(base)}
+    assert likely['ambient_drift'].evidence > 1000.0
+    assert likely['ambient_drift'].witnessed < 0.0
+    found = select_twice(calibrated(runs), [])
+    assert with_weather(found, CIRCUMSTANCES) is found
+
+
+def still_runs():
+    """Recordings in a room that stays as it is, with their numbers."""
+    return enumerate(recorded_in(lambda k: np.zeros(TIME.size)))
 
 
 def test_where_nothing_is_missed_there_is_no_course():

@@ -67,7 +67,7 @@ def pick(
     tried = rivals_for(present, ranked, progress)
     bare = penalised(present)
     none = Picked(None, (0.0, []), tuple(ranked), signals, tuple(tried), bare)
-    rivals = every = [r for r in tried if bare - r.score >= _least_drop(r) and begins(r)]
+    rivals = every = [r for r in tried if bare - r.score >= least_drop(r) and begins(r)]
     for _ in range(_TRIES):
         if not rivals:
             break
@@ -88,7 +88,7 @@ def pick(
     return none
 
 
-def _least_drop(rival: Rival) -> float:
+def least_drop(rival: Rival) -> float:
     """Of the score, that chance does not give."""
     effect = rival.definition
     physics = effect.stage != 'sensor'
