@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, varian
 from tcp_muscle_ros.diagnosis.search.companions import Companions
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
 from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, own, prefer, rivals_for, sound
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, prefer, rivals_for, sound
 from tcp_muscle_ros.diagnosis.search.selection import _Search, select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
@@ -244,16 +244,6 @@ def test_a_trace_of_physics_must_be_plain(softened):
     known, trace = (as_rival(softened, 'shear_softening', 1000.0, b=b) for b in (0.4, 0.02))
     assert picking.least_drop(known) == least
     assert picking.least_drop(trace) == 10.0 * least
-
-
-def test_an_ammeter_that_is_off_by_another_amount_each_time_is_named():
-    """No recording tells its own gain from nothing, as the muscle's own resistance may be what all share; but they
-    differ."""
-    off = [TRUE.replace({'current_gain.g': g}).with_effects('current_gain') for g in (1.03, 1.0, 0.98)]
-    runs = [experiment(CHANNELS, 0.2 + 0.03 * k, 0.588, k, muscle=muscle) for k, muscle in enumerate(off)]
-    found = select(calibrate(runs, NOMINAL).fit, ['current_gain', 'temperature_offset', 'thermocouple_gain', 'airflow'])
-    assert [c.effect for c in found.chosen] == ['current_gain']
-    assert own(found.chosen[0].rivals[0])
 
 
 @pytest.mark.parametrize(

@@ -123,14 +123,8 @@ def rivals_for(
             rival = _to_the_end(rival)
         found.append(rival)
     bar = bare - _CHOOSING * max((bare - rival.score for rival in found), default=0.0)
-    found = [_best_choice(_told(base, rival), progress) if rival.score <= bar else rival for rival in found]
+    found = [_best_choice(rival, progress) if rival.score <= bar else rival for rival in found]
     return sorted(found, key=lambda r: r.score)
-
-
-def _told(base: Fit, rival: Rival) -> Rival:
-    """The rival, or what it is for all recordings alike where none tells its own from nothing."""
-    shared = one_for_all(base, rival.effect) if own(rival) and not begins(rival) else None
-    return shared if shared is not None and begins(shared) else rival
 
 
 def one_for_all(base: Fit, effect: str) -> Rival | None:
@@ -283,8 +277,6 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
     first = min(close, key=order)
     stage = first.definition.stage
-    if stage == 'sensor' and own(first):  # of what is off by another amount each time no form is to be missed
-        return first
     alike = [r for r in close_rivals(rivals, bare - best) if r.definition.stage == stage and not _at_its_end(r)]
     return min([first, *alike], key=order)
 
@@ -354,21 +346,14 @@ def _told_from(unknown: Unknown, none: float, z: float, spread: float) -> bool:
 
 
 def _strengths(rival: Rival, fixed: bool = False) -> Array:
-    """In each recording (``fixed``: in those that tell it from none, and how far from the mean of all in those that
-    tell it from that), or in all alike, in the strength that it usually has."""
+    """In each recording (``fixed``: in those that tell it from none), or in all alike, in the strength that it usually
+    has."""
     definition, fitted = rival.definition, rival.fit
     key, none = f'{rival.effect}.{definition.strength}', definition.none
     usual = fitted.problem.model.specifications[key].value - none
     mine = [(k, u) for k, u in enumerate(fitted.problem.unknowns) if u.name == key and u.recording is not None]
     if not mine:
         return np.array([(fitted.muscle[key] - none) / usual])
-    strengths = np.array([(u.from_fit(float(fitted.z[k])) - none) / usual for k, u in mine])
-    if not fixed:
-        return strengths
-    told = [_told_from(u, none, fitted.z[k], float(np.sqrt(fitted.covariance[k, k]))) for k, u in mine]
-    # What all recordings share of it, the muscle's own numbers may be, and then none of them tells it from nothing.
-    places = [k for k, _ in mine]
-    apart = np.eye(len(mine)) - 1.0 / len(mine)
-    spreads = np.sqrt(np.diag(apart @ fitted.covariance[np.ix_(places, places)] @ apart.T))
-    differ = np.abs(apart @ fitted.z[places]) > spreads
-    return np.append(strengths[told], (apart @ strengths)[differ])
+    if fixed:
+        mine = [(k, u) for k, u in mine if _told_from(u, none, fitted.z[k], float(np.sqrt(fitted.covariance[k, k])))]
+    return np.array([(u.from_fit(float(fitted.z[k])) - none) / usual for k, u in mine])

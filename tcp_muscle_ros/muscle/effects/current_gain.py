@@ -78,5 +78,4 @@ EFFECT = Effect(
     hooks={'surroundings': surroundings, 'sensor': sensor},
     strength='g',
     none=1.0,
-    circumstance=True,  # an ammeter that changes its range, or is zeroed before a run
 )  # fmt: skip
