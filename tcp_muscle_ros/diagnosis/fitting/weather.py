@@ -108,9 +108,10 @@ def courses(fitted: Fit) -> list[Course]:
         (evidence, took), kind = max(((_evidence(whole, kind), kind) for kind in tried), key=lambda one: one[0])
         likeliest = zip(whole.parts, _likeliest(whole, kind), strict=True)
         shares = [w / np.maximum(part.usual[of], COLD) for part, w in likeliest]
+        weights = [np.maximum(part.usual[of], 0.0) for part in whole.parts]
         share = took / max(beyond, 1e-300)
         witnessed = evidence - max(_evidence(one, kind)[0] for one in alone)
-        found.append(Course(effect, evidence, witnessed, share, _foretold(fitted, whole, shares)))
+        found.append(Course(effect, evidence, witnessed, share, _foretold(fitted, whole, shares, weights)))
     return sorted(found, key=lambda course: -course.evidence)
 
 
@@ -207,15 +208,18 @@ def _likeliest(linear: _Linear, kind: _Kind) -> list[Array]:
     return [-way @ (mine - beside @ unknowns) for way, (mine, beside) in zip(ways, known, strict=True)]
 
 
-def _foretold(fitted: Fit, linear: _Linear, shares: Sequence[Array]) -> float:
-    """The share of a course, about its mean, that the muscle's state foretells where it was left out."""
+def _foretold(fitted: Fit, linear: _Linear, shares: Sequence[Array], weights: Sequence[Array]) -> float:
+    """The share of a course, about its mean, that the muscle's state foretells where it was left out; each value of it
+    counts by its weight, as a draught about a cold muscle shows nothing."""
     problem = fitted.problem
     states = [
         drivers(experiment, outputs, part.knots)
         for experiment, outputs, part in zip(problem.followed, fitted.outputs, linear.parts, strict=True)
     ]
-    mean = np.mean(np.concatenate(shares))
-    features, values = _features(states), [share - mean for share in shares]
+    mean = np.average(np.concatenate(shares), weights=np.concatenate(weights))
+    roots = [np.sqrt(weight) for weight in weights]
+    features = [f * root[:, None] for f, root in zip(_features(states), roots, strict=True)]
+    values = [(share - mean) * root for share, root in zip(shares, roots, strict=True)]
     # Parts of recordings: a whole one may go where the others never were.
     features = [piece for f in features for piece in np.array_split(f, _PARTS)]
     values = [piece for v in values for piece in np.array_split(v, _PARTS)]

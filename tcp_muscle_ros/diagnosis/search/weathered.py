@@ -23,7 +23,7 @@ from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 
 _LAW = 0.2  # of a course (squared): more that the state foretells is a law's
 _SURE = 10.0  # least drops
-_AS_MUCH = 0.99  # of the evidence
+_AS_MUCH = 0.998  # of the evidence: a supply that is unsteady explains all that the air would
 
 
 def with_weather(found: Selection, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
