@@ -174,9 +174,10 @@ def test_an_end_that_turns_steadily_is_as_doubtful_as_any_other_beside_what_is_t
 def test_the_best_of_the_listed_effects_has_no_name_where_it_leaves_more_than_it_explains():
     listed = TRUE.with_effects('natural_convection').replace({'natural_convection.n': 0.3})
     found = selected(listed, ['natural_convection'])
-    assert named_only_if_explained(found) is found
+    assert named_only_if_explained(found, found) is found
     poor = replace(found, final=found.calibrated)  # as if it had hardly helped
-    left = named_only_if_explained(poor)
+    assert named_only_if_explained(poor, found) is poor  # what is doubtful took most of it
+    left = named_only_if_explained(poor, poor)
     assert left.chosen == ()
     assert left.final.muscle.effects == ()
     assert on_leads(found) == ()

@@ -35,14 +35,15 @@ def named_only_if_likely(selection: Selection, weighed: Callable[[Selection], Ma
         selection = replace(without(selection, least.effect), doubtful=(*selection.doubtful, least))
 
 
-def named_only_if_explained(selection: Selection) -> Selection:
-    """The selection without its effects where they leave more than they take in every channel; these are its ``leads``.
+def named_only_if_explained(selection: Selection, found: Selection) -> Selection:
+    """The selection without its effects where all that were ``found`` leave more than they take in every channel; these
+    are its ``leads``.
 
     The evidence compares effects and does not vouch for any: the best of forty may be a poor one. A course that wiggles
     looks like slips here and there, too. Circumstances stay, which go as they like and have no form.
     """
     named = [c for c in selection.chosen if not c.definition.circumstance]
-    if not named or explained(selection) >= _EVEN:
+    if not named or max(explained(selection), explained(found)) >= _EVEN:
         return selection
     for chosen in named:
         selection = without(selection, chosen.effect)

@@ -183,10 +183,11 @@ def begins(rival: Rival) -> bool:
 
 def sound(rival: Rival) -> bool:
     """Whether the muscle crosses, or nearly, what the effect needs to be crossed; its strength is not as far as it
-    goes, nor are two of its numbers, nor one where it acts the other way round; and samples resolve how late it makes
-    something. Else it is another one in disguise."""
+    goes, nor are two of its numbers, nor one where it acts the other way round; samples resolve how late it makes
+    something; and what a sensor is off by in each recording is not far off in all. Else it is another one in disguise.
+    """
     definition = rival.definition
-    if not _resolved(rival):
+    if not _resolved(rival) or (definition.stage == 'sensor' and own(rival) and _alike_beyond_use(rival)):
         return False
     turned = definition.stage != 'sensor' and not definition.circumstance and times_usual(rival) < 0.0
     if _spent(rival) or _ends(rival) > (0 if turned else 1) or (definition.moments and follows_the_drive(rival)):
@@ -199,6 +200,13 @@ def sound(rival: Rival) -> bool:
             if abs(rival.fit.muscle[f'{rival.effect}.{row.name}'] - middle) > reach + around:
                 return False
     return True
+
+
+def _alike_beyond_use(rival: Rival) -> bool:
+    """Whether a sensor is off as none in use is, by nearly the same in each recording: the rest of the muscle moves
+    along then, and only how they differ is seen."""
+    strengths = _strengths(rival)
+    return bool(abs(np.mean(strengths)) > max(rival.policy.beyond_use, float(np.ptp(strengths))))
 
 
 def _resolved(rival: Rival) -> bool:
