@@ -12,12 +12,19 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, stru
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
-from tcp_muscle_ros.diagnosis.search import picking
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.search.companions import Companions
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
 from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, prefer, rivals_for, sound
+from tcp_muscle_ros.diagnosis.search.rivals import (
+    Rival,
+    begins,
+    follows_the_drive,
+    least_drop,
+    prefer,
+    rivals_for,
+    sound,
+)
 from tcp_muscle_ros.diagnosis.search.selection import _Search, select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
@@ -242,8 +249,8 @@ def test_a_trace_of_physics_must_be_plain(softened):
     """A drop that chance does not give is enough for what is as strong as it is known to be."""
     least = softened.problem.policy.least_drop
     known, trace = (as_rival(softened, 'shear_softening', 1000.0, b=b) for b in (0.4, 0.02))
-    assert picking.least_drop(known) == least
-    assert picking.least_drop(trace) == 10.0 * least
+    assert least_drop(known) == least
+    assert least_drop(trace) == 10.0 * least
 
 
 @pytest.mark.parametrize(

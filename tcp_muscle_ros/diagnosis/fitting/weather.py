@@ -108,9 +108,9 @@ def courses(fitted: Fit) -> list[Course]:
         (evidence, took), kind = max(((_evidence(whole, kind), kind) for kind in tried), key=lambda one: one[0])
         likeliest = zip(whole.parts, _likeliest(whole, kind), strict=True)
         shares = [w / np.maximum(part.usual[of], COLD) for part, w in likeliest]
-        weights = [np.maximum(part.usual[of], 0.0) for part in whole.parts]
+        weights = [part.usual[of] for part in whole.parts]
         share = took / max(beyond, 1e-300)
-        witnessed = evidence - max(_evidence(one, kind)[0] for one in alone)
+        witnessed = evidence - max(_evidence(one, like)[0] for one in alone for like in tried)
         found.append(Course(effect, evidence, witnessed, share, _foretold(fitted, whole, shares, weights)))
     return sorted(found, key=lambda course: -course.evidence)
 
@@ -216,6 +216,8 @@ def _foretold(fitted: Fit, linear: _Linear, shares: Sequence[Array], weights: Se
         drivers(experiment, outputs, part.knots)
         for experiment, outputs, part in zip(problem.followed, fitted.outputs, linear.parts, strict=True)
     ]
+    if not np.any(np.concatenate(weights) > 0.0):
+        return 0.0
     mean = np.average(np.concatenate(shares), weights=np.concatenate(weights))
     roots = [np.sqrt(weight) for weight in weights]
     features = [f * root[:, None] for f, root in zip(_features(states), roots, strict=True)]
@@ -228,7 +230,7 @@ def _foretold(fitted: Fit, linear: _Linear, shares: Sequence[Array], weights: Se
         others = np.vstack([f for j, f in enumerate(features) if j != k])
         known = np.concatenate([v for j, v in enumerate(values) if j != k])
         normal = others.T @ others
-        ridge = _RIDGE * np.trace(normal) / normal.shape[0] * np.eye(normal.shape[0])
+        ridge = (_RIDGE * np.trace(normal) / normal.shape[0] + 1e-12) * np.eye(normal.shape[0])
         missed += float(np.sum((value - mine @ np.linalg.solve(normal + ridge, others.T @ known)) ** 2))
     return 1.0 - missed / max(float(sum(v @ v for v in values)), 1e-300)
 

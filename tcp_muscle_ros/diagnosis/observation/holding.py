@@ -14,6 +14,7 @@ from tcp_muscle_ros.recording.recording import Channel, Recording
 from tcp_muscle_ros.recording.yaml_input import number_or_none
 
 _BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
+_MANY = 20  # samples that a weight hangs for, at least in the median
 _SAME, _SCATTERS = 0.05, 12.0  # of the largest force, and of its noise: within so much it does not change
 _TELLS = 0.02  # of the largest force, by which a load cell may be off
 
@@ -90,8 +91,9 @@ def _levels(force: Channel) -> Channel:
     """A force that weights make, constant between few steps: as it was written down, or as it was measured, without its
     noise; else as it is."""
     told = np.append(0, np.flatnonzero(np.diff(force.value)) + 1)
-    lasts = np.diff(force.time[told], append=force.time[-1])
-    if np.all(lasts > STEPS_APART):  # of two levels the step looks like the resolution of a load cell
+    seldom = told.size * STEPS_APART < force.time[-1] - force.time[0]
+    # Of two levels the step looks like the resolution of a load cell, which goes back and forth.
+    if seldom and np.median(np.diff(told, append=force.time.size)) >= _MANY:
         return Channel('load', force.time[told], force.value[told], force.topic)
     noise = white_sigma(force.value)
     steps = np.flatnonzero(np.abs(np.diff(force.value)) > _BEYOND_NOISE * noise) + 1

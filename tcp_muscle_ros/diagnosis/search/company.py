@@ -11,6 +11,7 @@ from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, conditions, conf
 from tcp_muscle_ros.diagnosis.search.rivals import (
     Rival,
     begins,
+    least_drop,
     margin,
     one_for_all,
     own,
@@ -235,7 +236,8 @@ def revise(
             instead = foretelling(bare, pick, found)
             if instead is not pick:
                 pick, rivals = instead, in_place_of(pick, instead, rivals)
-            if pick.effect != effect and not confirmation(bare, pick.fit)[0].holds:
+            plain = penalised(bare) - pick.score >= least_drop(pick)
+            if pick.effect != effect and not (plain and confirmation(bare, pick.fit)[0].holds):
                 pick = itself  # that one was confirmed, when it was accepted
             if pick.effect != effect:
                 present, changed = pick.fit, True

@@ -12,18 +12,14 @@ from tcp_muscle_ros.diagnosis.search.rivals import (
     CONTEST,
     Rival,
     begins,
-    own,
+    least_drop,
     penalised,
     prefer,
     rescored,
     rivals_for,
-    times_usual,
 )
 
 _TRIES = 4
-# Times the usual drop: what may begin and end anywhere, or differs from recording to recording; and physics that is
-# fainter than is known of the fibre, as what is left of anything looks like.
-_ANYWHERE, _FAINTLY = 2.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -67,7 +63,7 @@ def pick(
     tried = rivals_for(present, ranked, progress)
     bare = penalised(present)
     none = Picked(None, (0.0, []), tuple(ranked), signals, tuple(tried), bare)
-    rivals = every = [r for r in tried if bare - r.score >= least_drop(r) and begins(r)]
+    rivals = every = [r for r in tried if bare - r.score >= policy.least_drop and begins(r)]
     for _ in range(_TRIES):
         if not rivals:
             break
@@ -78,7 +74,8 @@ def pick(
             first = next(r for r in rivals if r.effect == effect)
         chosen = first
         first = foretelling(present, chosen, tried)
-        enough = share(structure, present, first.fit) >= policy.least_share and good(first, every)
+        plain = bare - first.score >= least_drop(first)
+        enough = plain and share(structure, present, first.fit) >= policy.least_share and good(first, every)
         if enough and confirmation(present, first.fit)[0].holds:
             drop = bare - first.score
             others = rivals if first is chosen else in_place_of(chosen, first, rivals)
@@ -86,12 +83,3 @@ def pick(
             return replace(none, rival=first, contest=contest)
         rivals = [r for r in rivals if r is not first and r is not chosen]
     return none
-
-
-def least_drop(rival: Rival) -> float:
-    """Of the score, that chance does not give."""
-    effect = rival.definition
-    physics = effect.stage != 'sensor'
-    anywhere = own(rival) or (effect.circumstance and physics)
-    faint = physics and not effect.circumstance and abs(times_usual(rival)) < rival.policy.faint
-    return rival.policy.least_drop * (_FAINTLY if faint else _ANYWHERE if anywhere else 1.0)

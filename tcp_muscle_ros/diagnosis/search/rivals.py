@@ -22,6 +22,8 @@ _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: wort
 # What begins in so many recordings within so many s after a switch (a share of the drive's span) is no chance.
 _SEVERAL, _TOGETHER, _SWITCH = 3, 2.0, 0.05
 _RESOLVED = 0.5  # of the time from sample to sample: an instant between two is known to so much
+# Times the usual drop: what may begin and end anywhere, or differs from recording to recording; and a trace of physics.
+_ANYWHERE, _FAINTLY = 2.0, 10.0
 _CHOOSING = 0.5  # of the best drop: a rival so far is tried by its other choices too
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
 
@@ -183,9 +185,8 @@ def begins(rival: Rival) -> bool:
 
 def sound(rival: Rival) -> bool:
     """Whether the muscle crosses, or nearly, what the effect needs to be crossed; its strength is not as far as it
-    goes, nor are two of its numbers, nor one where it acts the other way round; samples resolve how late it makes
-    something; and what a sensor is off by in each recording is not far off in all. Else it is another one in disguise.
-    """
+    goes, nor are two of its numbers (of physics that acts the other way round, not one); samples resolve how late it
+    makes something; and no sensor is far off by the same in each recording. Else it is another one in disguise."""
     definition = rival.definition
     if not _resolved(rival) or (definition.stage == 'sensor' and own(rival) and _alike_beyond_use(rival)):
         return False
@@ -205,14 +206,29 @@ def sound(rival: Rival) -> bool:
 def _alike_beyond_use(rival: Rival) -> bool:
     """Whether a sensor is off as none in use is, by nearly the same in each recording: the rest of the muscle moves
     along then, and only how they differ is seen."""
-    strengths = _strengths(rival)
+    strengths = _strengths(rival, fixed=True)
+    if not strengths.size:
+        return False
     return bool(abs(np.mean(strengths)) > max(rival.policy.beyond_use, float(np.ptp(strengths))))
 
 
 def _resolved(rival: Rival) -> bool:
     """Whether samples resolve by how much it makes something late, where that is what it shows."""
-    late, seen = rival.definition.delay, [o for e in rival.fit.problem.experiments for o in e.observed.values()]
-    return late is None or late(rival.fit.muscle) >= _RESOLVED * min(o.apart for o in seen)
+    late = rival.definition.delay
+    if late is None:
+        return True
+    seen = [o.apart for e in rival.fit.problem.experiments for o in e.observed.values() if o.time.size > 1]
+    return bool(late(rival.fit.muscle) >= _RESOLVED * min(seen, default=0.0))
+
+
+def least_drop(rival: Rival) -> float:
+    """What it must lower the score by: more than chance gives. Physics that is fainter than is known of the fibre looks
+    like the rest of many things, and must be plain."""
+    effect, policy = rival.definition, rival.policy
+    physics = effect.stage != 'sensor'
+    anywhere = own(rival) or (effect.circumstance and physics)
+    faint = physics and not effect.circumstance and abs(times_usual(rival)) < policy.faint
+    return policy.least_drop * (_FAINTLY if faint else _ANYWHERE if anywhere else 1.0)
 
 
 def follows_the_drive(rival: Rival) -> bool:
@@ -258,7 +274,8 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     physics as it is known would do), then what acts as it is known to and not the other way round, then what is
     expected of the fibre, then the fewest parameters. In one stage, where form decides, a form with more parameters
     follows another's by what it may bend: it must be more than alike to win. What had to be bent as far as it goes is
-    not alike, and none of the simplest where another is better. ``bare`` is the score without any of them.
+    not alike, and where another one explains more it is not among the simplest. ``bare`` is the score without any of
+    them.
     """
     best, policy = min(r.score for r in rivals), rivals[0].policy
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
@@ -272,7 +289,7 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
         return rival.score - best >= max(policy.told_apart, share * (bare - best))
 
     close = [r for r in rivals if not beaten(r)]
-    free = min((r.score for r in close if not _at_its_end(r)), default=np.inf)
+    free = min((r.score for r in close if not _at_its_end(r)), default=np.inf) + policy.told_apart
     close = [r for r in close if r.score < free or not _at_its_end(r)]
     known = any(_known(r) for r in close)
 

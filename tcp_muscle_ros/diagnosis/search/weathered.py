@@ -92,7 +92,7 @@ def _described(base: Fit, likely: Sequence[Course], progress: Callable[[], None]
 
 
 def _with(found: Selection, rivals: Sequence[Rival], course: Course, followed: Fit, less_noise: float) -> Selection:
-    """The selection that has it; ``less_noise`` makes its evidence one with the drops of what was named before."""
+    """The selection that has it; ``less_noise`` scales its evidence to the drops of what was named before."""
     final = rivals[0].fit
     drop, bare = less_noise * course.evidence, rivals[0].score + course.evidence
     scored = tuple(replace(r, score=bare - less_noise * (bare - r.score)) for r in rivals)
@@ -102,8 +102,9 @@ def _with(found: Selection, rivals: Sequence[Rival], course: Course, followed: F
 
 
 def _less_noise(found: Selection, base: Fit, course: Course) -> float:
-    """What makes the evidence of a course, under the noise of the instruments, one with the drops of what was named
-    before, under the noise of the fits: the drop of the strongest, over what it adds to the course under the same."""
+    """The scale of the drops of what was named before, which are under the noise of their fits, beside the evidence of
+    a course, which is under that of the instruments: the drop of the strongest over what it adds to the course under
+    the latter; 1 where that is less, or nothing."""
     strongest = max(found.chosen, key=lambda c: c.drop, default=None)
     if strongest is None:
         return 1.0
@@ -111,7 +112,7 @@ def _less_noise(found: Selection, base: Fit, course: Course) -> float:
     alone = shrink(both, strongest.effect)
     evidence = {c.effect: c.evidence for c in courses(alone)}
     adds = penalised(alone) - penalised(both) + course.evidence - evidence[course.effect]
-    return min(strongest.drop / max(adds, 1e-300), 1.0)
+    return strongest.drop / adds if adds > strongest.drop else 1.0
 
 
 def _with_what_it_hid(

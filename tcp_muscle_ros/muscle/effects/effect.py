@@ -100,10 +100,9 @@ class Effect:
     slowly (Hz) none shows it. ``latent``: what of it no equation foretells, so that a fit infers it: a ``course`` of
     the conductance or the ``room`` in time, or ``slips`` at instants of their own, whose mean it is. ``threshold``: the
     parameter below which it does nothing. ``swings``: it lets a weight swing after a step of the load. ``sticks``: it
-    holds and lets go by itself. ``delay(muscle)``: how late (s) what it acts on is, where that is all it shows.
-    ``like_slips``: slips that are too small to be seen, or fall together with an input's
+    holds and lets go by itself. ``like_slips``: slips that are too small to be seen, or fall together with an input's
     step, pass for it. ``late``: its parameters for the delay, the pace and the channel, where it makes one channel
-    late.
+    late. ``delay(muscle)``: by how much (s) it makes something follow, which samples must resolve.
     """
 
     name: str
