@@ -113,6 +113,14 @@ def still_runs():
     return enumerate(recorded_in(lambda k: np.zeros(TIME.size)))
 
 
+@pytest.mark.parametrize('heated', [20.0, 0.6])
+def test_a_muscle_that_is_heated_but_once_has_courses_too(heated):
+    """For most of the recording, or between two knots, there is no power that a supply could have missed."""
+    drive = np.where(np.abs(TIME - 1.0 - 0.5 * heated) < 0.5 * heated, 0.27, 0.0)
+    fitted, _ = settle_noise(calibrated([experiment(CHANNELS, drive=drive)]))
+    assert all(np.isfinite([course.evidence, course.foretold]).all() for course in courses(fitted))
+
+
 def test_where_nothing_is_missed_there_is_no_course():
     fitted, _ = settle_noise(calibrated(recorded_in(lambda k: np.zeros(TIME.size))))
     assert all(course.evidence < 0.0 for course in courses(fitted))
