@@ -42,6 +42,11 @@ def drifting(k):
     return wander(10 + k, 30.0)
 
 
+def still(k):
+    """A room that stays as it is."""
+    return np.zeros(TIME.size)
+
+
 def recorded_in(weather, muscle=TRUE):
     """Three recordings in a weather that their thermometers do not show."""
     return [
@@ -92,25 +97,24 @@ def test_an_unsteady_supply_is_no_weather():
 def test_a_law_that_is_not_listed_is_no_weather(effect):
     """Heat that goes with the muscle's state is foretold; what one channel misses the others deny."""
     strong = {'natural_convection': {'natural_convection.n': 0.3}}.get(effect, {})
-    runs = recorded_in(lambda k: np.zeros(TIME.size), TRUE.replace(strong).with_effects(effect))
+    runs = recorded_in(still, TRUE.replace(strong).with_effects(effect))
     found = select_twice(calibrated(runs), [])
     assert with_weather(found, CIRCUMSTANCES) is found
 
 
 def test_a_laser_that_wanders_is_no_weather():
     """A room that moves the stroke alone: by hundredths of a kelvin, which no other channel shows."""
-    runs = [shown_with(run, lambda t, k=k: 2e-4 * np.interp(t, TIME, wander(30 + k, 30.0))) for k, run in still_runs()]
+    courses_of = [2e-4 * wander(30 + k, 30.0) for k in range(len(CURRENTS))]
+    runs = [
+        shown_with(run, lambda t, course=course: np.interp(t, TIME, course))
+        for run, course in zip(recorded_in(still), courses_of, strict=True)
+    ]
     base, _ = settle_noise(calibrated(runs))
     likely = {course.effect: course for course in courses(base)}
     assert likely['ambient_drift'].evidence > 1000.0
     assert likely['ambient_drift'].witnessed < 0.0
     found = select_twice(calibrated(runs), [])
     assert with_weather(found, CIRCUMSTANCES) is found
-
-
-def still_runs():
-    """Recordings in a room that stays as it is, with their numbers."""
-    return enumerate(recorded_in(lambda k: np.zeros(TIME.size)))
 
 
 @pytest.mark.parametrize('heated', [20.0, 0.6])
@@ -122,7 +126,7 @@ def test_a_muscle_that_is_heated_but_once_has_courses_too(heated):
 
 
 def test_where_nothing_is_missed_there_is_no_course():
-    fitted, _ = settle_noise(calibrated(recorded_in(lambda k: np.zeros(TIME.size))))
+    fitted, _ = settle_noise(calibrated(recorded_in(still)))
     assert all(course.evidence < 0.0 for course in courses(fitted))
     only = {'displacement': fitted.problem.experiments[0].observed['displacement']}
     one = calibrated([replace(fitted.problem.experiments[0], observed=only)])

@@ -33,7 +33,7 @@ def improved_muscle(selection: Selection) -> Parameters:
     final = selection.best
     muscle = as_it_begins(now(foretelling(final, selection.calibrated)), final)
     own = {u.name.split('.')[0] for u in final.problem.unknowns if u.each_has}
-    physics = [e for e in muscle.effects if not (EFFECTS[e].stage == 'sensor' or EFFECTS[e].circumstance or e in own)]
+    physics = [e for e in muscle.effects if EFFECTS[e].of_muscle and e not in own]
     leakage = slips.mean_leakage(final) if selection.leapt is None else None
     if leakage is None:
         return muscle.only_effects(physics)

@@ -6,8 +6,8 @@ temperature, resistance and stroke alike, each in its own way: what one channel 
 heat that an unsteady supply makes, but only while it drives: it competes, for neither of the two is named in its place.
 """
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,9 +59,9 @@ class _Kind:
 
 @dataclass(frozen=True)
 class _Rows:
-    """The whitened residuals r of one recording (``left``), the ``channel`` of each ('': none), by how much unknowns
-    move them (J, in the priors' standard deviations) and a ``warmer`` room (A, 1 K at each of the ``knots``, s); and
-    what a course of size 1 is there (``usual``: K, by whose it is)."""
+    """The whitened residuals r of one recording (``left``), the ``channel`` of each, by how much unknowns move them (J,
+    in the priors' standard deviations) and a ``warmer`` room (A, 1 K at each of the ``knots``, s); and what a course of
+    size 1 is there (``usual``: K, by whose it is)."""
 
     channel: NDArray[np.str_]
     left: Array
@@ -100,11 +100,12 @@ def courses(fitted: Fit) -> list[Course]:
     rows = _rows(fitted)
     missed = _missed(rows)
     beyond = sum(missed.values())
-    whole, alone = _linear(rows, missed), [_linear(rows, [name]) for name in missed]
+    whole = _linear(rows)
+    alone = [replace(whole, parts=_parts(rows, name)) for name in missed]
     found = []
     roles = problem.model.roles
     for of, effect in ((_DRAUGHT, roles.course), (_ROOM, roles.room), (_SUPPLY, '')):
-        tried = [_Kind(of, size, pace) for size in _SIZES[of] for pace in _PACES]
+        tried = _kinds(of)
         (evidence, took), kind = max(((_evidence(whole, kind), kind) for kind in tried), key=lambda one: one[0])
         likeliest = zip(whole.parts, _likeliest(whole, kind), strict=True)
         shares = [w / np.maximum(part.usual[of], COLD) for part, w in likeliest]
@@ -113,6 +114,18 @@ def courses(fitted: Fit) -> list[Course]:
         witnessed = evidence - max(_evidence(one, like)[0] for one in alone for like in tried)
         found.append(Course(effect, evidence, witnessed, share, _foretold(fitted, whole, shares, weights)))
     return sorted(found, key=lambda course: -course.evidence)
+
+
+def evidence_of(fitted: Fit, effect: str) -> float:
+    """The evidence of the course of one effect alone."""
+    of = _DRAUGHT if effect == fitted.problem.model.roles.course else _ROOM
+    whole = _linear(_rows(as_read(fitted)))
+    return max(_evidence(whole, kind)[0] for kind in _kinds(of))
+
+
+def _kinds(of: str) -> list[_Kind]:
+    """The courses that are tried."""
+    return [_Kind(of, size, pace) for size in _SIZES[of] for pace in _PACES]
 
 
 def as_read(fitted: Fit) -> Fit:
@@ -129,9 +142,12 @@ def _rows(fitted: Fit) -> list[_Rows]:
         excess = np.maximum(np.interp(knots, experiment.imposed.time, excess_of(fitted, k)), COLD)
         usual = {_DRAUGHT: excess, _ROOM: np.ones(knots.size), _SUPPLY: excess.max() * _power(experiment, knots)}
         sizes = [observed.time.size for observed in experiment.observed.values()]
-        channel = np.repeat([*experiment.observed, ''], [*sizes, left.size - sum(sizes)])
-        warmer, moved = problem.columns(responses(fitted, k, knots), k), problem.columns(slopes, k) * spreads
-        found.append(_Rows(channel, left, moved, warmer, knots, usual))
+        read = slice(sum(sizes))  # what stands after them is no reading
+        warmer, moved = (
+            problem.columns(responses(fitted, k, knots), k)[read],
+            (problem.columns(slopes, k) * spreads)[read],
+        )
+        found.append(_Rows(np.repeat([*experiment.observed], sizes), left[read], moved, warmer, knots, usual))
     return found
 
 
@@ -139,25 +155,29 @@ def _missed(rows: Sequence[_Rows]) -> dict[str, float]:
     """The squared whitened misfit beyond the noise of each channel."""
     missed: dict[str, float] = {}
     for mine in rows:
-        for name in dict.fromkeys(mine.channel[mine.channel != '']):
+        for name in dict.fromkeys(mine.channel):
             part = mine.left[mine.channel == name]
             missed[name] = missed.get(name, 0.0) + float(part @ part) - part.size
     return missed
 
 
-def _linear(rows: Sequence[_Rows], channels: Collection[str]) -> _Linear:
-    """The linear approximation, where a warmer room moves these channels alone."""
-    parts: list[_Part] = []
+def _linear(rows: Sequence[_Rows]) -> _Linear:
+    """The linear approximation."""
     count = rows[0].moved.shape[1]
     own, pull = np.zeros((count, count)), np.zeros(count)
     for mine in rows:
-        kept = mine.channel != ''
-        moved, left = mine.moved[kept], mine.left[kept]
-        warmer = mine.warmer[kept] * np.isin(mine.channel[kept], list(channels))[:, None]
-        own += moved.T @ moved
-        pull += moved.T @ left
-        parts.append(_Part(mine.knots, mine.usual, warmer.T @ warmer, warmer.T @ moved, warmer.T @ left))
-    return _Linear(own, pull, tuple(parts))
+        own += mine.moved.T @ mine.moved
+        pull += mine.moved.T @ mine.left
+    return _Linear(own, pull, _parts(rows))
+
+
+def _parts(rows: Sequence[_Rows], channel: str = '') -> tuple[_Part, ...]:
+    """Each recording, where a warmer room moves all channels, or one alone."""
+    parts = []
+    for mine in rows:
+        warmer = mine.warmer * (mine.channel == channel)[:, None] if channel else mine.warmer
+        parts.append(_Part(mine.knots, mine.usual, warmer.T @ warmer, warmer.T @ mine.moved, warmer.T @ mine.left))
+    return tuple(parts)
 
 
 def _power(experiment: Experiment, knots: Array) -> Array:

@@ -31,7 +31,7 @@ def with_bent_form(found: Selection, progress: Callable[[], None] | None = None)
     if found.followed is not None:
         return found
     definitions = [c.definition for c in found.chosen]
-    stages = {d.stage for d in definitions if d.stage != 'sensor' and not d.circumstance}
+    stages = {d.stage for d in definitions if d.of_muscle}
     if not stages or found.leapt is not None or any(d.free is not None for d in definitions):
         return found
     if not _missed(found) or not found.final.problem.work.left:

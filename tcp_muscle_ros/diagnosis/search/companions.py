@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.company import Contest, good_company, largest_share, least_of_all, least_of_rest
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.search.picking import pick
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink, times_usual
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink, turned
 
 _PROMISES = 2.0  # least drops, worth the time of its refits: what is found promises several times as much
 # Of what is left, an effect that none comes near takes so much that it may be less of what was missed.
@@ -120,8 +120,7 @@ def _stands_alone(rival: Rival, rivals: Sequence[Rival], beside: Fit) -> bool:
 def _bends(rival: Rival) -> bool:
     """Whether it bends to what any form misses: what differs from recording to recording, and physics the other way
     round than it is known."""
-    definition = rival.definition
-    return definition.circumstance or (definition.stage != 'sensor' and times_usual(rival) < 0.0)
+    return rival.definition.circumstance or turned(rival)
 
 
 def _least(rival: Rival) -> float:

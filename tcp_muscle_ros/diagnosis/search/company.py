@@ -76,7 +76,7 @@ def foretelling(bare: Fit, chosen: Rival, rivals: Sequence[Rival]) -> Rival:
     """
     drop = penalised(bare) - chosen.score
     most = _FORETOLD * drop
-    able = [r for r in rivals if r is not chosen and not r.definition.circumstance and r.definition.stage != 'sensor']
+    able = [r for r in rivals if r is not chosen and r.definition.of_muscle]
     if _own_course(chosen):
         able = [r for r in able if penalised(bare) - r.score >= most]
     else:

@@ -178,8 +178,7 @@ def begins(rival: Rival) -> bool:
     """Whether it is there at all, not next to nothing; and what it is may be so (``sound``)."""
     policy = rival.policy
     # Of a sensor or a room the log knows the instants and inputs no better than to a few per cent.
-    told = rival.definition.circumstance or rival.definition.stage == 'sensor'
-    least = policy.trace_of_circumstance if told else policy.trace_of_physics
+    least = policy.trace_of_physics if rival.definition.of_muscle else policy.trace_of_circumstance
     return _largest(rival) >= least and sound(rival)
 
 
@@ -190,8 +189,7 @@ def sound(rival: Rival) -> bool:
     definition = rival.definition
     if not _resolved(rival) or (definition.stage == 'sensor' and own(rival) and _alike_beyond_use(rival)):
         return False
-    turned = definition.stage != 'sensor' and not definition.circumstance and times_usual(rival) < 0.0
-    if _spent(rival) or _ends(rival) > (0 if turned else 1) or (definition.moments and follows_the_drive(rival)):
+    if _spent(rival) or _ends(rival) > (0 if turned(rival) else 1) or (definition.moments and follows_the_drive(rival)):
         return False
     for row in definition.fitted:
         if row.crossed:
@@ -225,9 +223,8 @@ def least_drop(rival: Rival) -> float:
     """What it must lower the score by: more than chance gives. Physics that is fainter than is known of the fibre looks
     like the rest of many things, and must be plain."""
     effect, policy = rival.definition, rival.policy
-    physics = effect.stage != 'sensor'
-    anywhere = own(rival) or (effect.circumstance and physics)
-    faint = physics and not effect.circumstance and abs(times_usual(rival)) < policy.faint
+    anywhere = own(rival) or (effect.circumstance and effect.stage != 'sensor')
+    faint = effect.of_muscle and abs(times_usual(rival)) < policy.faint
     return policy.least_drop * (_FAINTLY if faint else _ANYWHERE if anywhere else 1.0)
 
 
@@ -297,13 +294,17 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
         effect = rival.definition
         far = known and abs(times_usual(rival)) > policy.far
         rank = 1 if effect.stage != 'sensor' else 2 if far else 0
-        turned = effect.stage != 'sensor' and times_usual(rival) < 0.0
-        return own(rival), rank, turned, effect.unexpected, len(effect.fitted), rival.score
+        return own(rival), rank, turned(rival), effect.unexpected, len(effect.fitted), rival.score
 
     first = min(close, key=order)
     stage = first.definition.stage
     alike = [r for r in close_rivals(rivals, bare - best) if r.definition.stage == stage and not _at_its_end(r)]
     return min([first, *alike], key=order)
+
+
+def turned(rival: Rival) -> bool:
+    """Whether it is physics that acts the other way round than it is known to."""
+    return rival.definition.of_muscle and times_usual(rival) < 0.0
 
 
 def own(rival: Rival) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.weather import Course, as_read, courses
+from tcp_muscle_ros.diagnosis.fitting.weather import Course, as_read, courses, evidence_of
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.companions import allowing_for, companions, stand_ins
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_all
@@ -110,8 +110,7 @@ def _less_noise(found: Selection, base: Fit, course: Course) -> float:
         return 1.0
     both = as_read(base)
     alone = shrink(both, strongest.effect)
-    evidence = {c.effect: c.evidence for c in courses(alone)}
-    adds = penalised(alone) - penalised(both) + course.evidence - evidence[course.effect]
+    adds = penalised(alone) - penalised(both) + course.evidence - evidence_of(alone, course.effect)
     return strongest.drop / adds if adds > strongest.drop else 1.0
 
 

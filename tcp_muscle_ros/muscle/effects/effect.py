@@ -141,6 +141,11 @@ class Effect:
     delay: Callable[[Any], float] | None = None
 
     @property
+    def of_muscle(self) -> bool:
+        """Whether it is physics of the muscle: no fault of an instrument, and nothing of the room or the rig then."""
+        return self.stage != 'sensor' and not self.circumstance
+
+    @property
     def fitted(self) -> tuple[Parameter, ...]:
         """The parameters that a fit moves."""
         return tuple(row for row in self.parameters if row.fitted and not row.state)
