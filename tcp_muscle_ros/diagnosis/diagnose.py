@@ -115,10 +115,9 @@ class _Work:
             self.selection = self._beside_what_differs({name: repeated[name] for name in apart}, testable)
         self.seconds['select'] = time.monotonic() - start
         runs = run_to_run(self.selection, self.nominal, repeated, apart)
-        found = self.selection
-        self.selection = named_only_if_likely(found, lambda selection: weighed(selection, runs))
+        self.selection = named_only_if_likely(self.selection, lambda selection: weighed(selection, runs))
         if left_unexplained(self.selection, runs) is not None:
-            self.selection = named_only_if_explained(self.selection, found)
+            self.selection = named_only_if_explained(self.selection)
         self.selection = with_bent_form(self.selection, self.progress)
         return conclude(self.selection, self.nominal, untried, self.seconds, runs, self.rig)
 

@@ -12,7 +12,6 @@ from tcp_muscle_ros.diagnosis.search.holdout import held_out
 from tcp_muscle_ros.diagnosis.search.selection import Selection, Weighed
 
 _EVEN = 0.5  # more likely than not; more than is left
-_REST = 0.5  # of what they must explain, beside a doubtful one that took part of it
 _PLAIN = 0.2  # of the misfit of the channel that is missed most, in noises: less is no measure of an explanation
 
 
@@ -36,17 +35,14 @@ def named_only_if_likely(selection: Selection, weighed: Callable[[Selection], Ma
         selection = replace(without(selection, least.effect), doubtful=(*selection.doubtful, least))
 
 
-def named_only_if_explained(selection: Selection, before: Selection) -> Selection:
+def named_only_if_explained(selection: Selection) -> Selection:
     """The selection without its effects where they leave more than they take in every channel; these are its ``leads``.
-
-    Where all did explain more, ``before`` doubtful ones were taken out, the rest need explain only half as much.
 
     The evidence compares effects and does not vouch for any: the best of forty may be a poor one. A course that wiggles
     looks like slips here and there, too. Circumstances stay, which go as they like and have no form.
     """
     named = [c for c in selection.chosen if not c.definition.circumstance]
-    took = explained(selection)
-    if not named or took >= _EVEN or (took >= _REST * _EVEN and explained(before) >= _EVEN):
+    if not named or explained(selection) >= _EVEN:
         return selection
     for chosen in named:
         selection = without(selection, chosen.effect)
