@@ -42,6 +42,7 @@ LATENESS = 'command_lateness'  # s, of each command
 NAME = 'protocol_runner'
 _MEASURED = (*OUTPUTS, 'current')
 _HEARD_WITHIN = 10.0  # s, in which a muscle answers
+_SPEAKS_WITHIN = 60.0  # s, in which one that takes commands says what it measures: on a busy machine it may be starting
 _DIAGNOSED_WITHIN = 2.5  # s: they come once a second
 _COLD_WITHIN = 900.0  # s, in which a muscle cools
 _NAMED_WITHIN = 10.0  # s, in which a commander without a name gets one, or goes: a node of a moment ago, or this one
@@ -140,12 +141,12 @@ class Runner:
         while not self._supervisor.heard or not self._command.publisher.get_subscription_count():
             self._pause()
             self._join()
-            if time.monotonic() - begun > _HEARD_WITHIN:
-                listens = self._command.publisher.get_subscription_count()
-                heard = 'a node takes commands, but publishes no measurement' if listens else 'no muscle answers'
+            heard, patience = 'no muscle answers', _HEARD_WITHIN
+            if self._command.publisher.get_subscription_count():
+                heard, patience = 'a node takes commands, but publishes no measurement', _SPEAKS_WITHIN
+            if time.monotonic() - begun > patience:
                 raise BadInput(
-                    f'under {self._namespace} {heard} within {_HEARD_WITHIN:.0f} s; start a muscle, or give its '
-                    '--namespace'
+                    f'under {self._namespace} {heard} within {patience:.0f} s; start a muscle, or give its --namespace'
                 )
         answered = time.monotonic()
         while not self._is_known() and time.monotonic() - answered < _DIAGNOSED_WITHIN:

@@ -256,7 +256,7 @@ def test_a_full_disk_is_one_line_and_what_was_recorded_is_kept(start, publish, t
 
 def test_a_recorder_killed_with_minus_nine_has_lost_at_most_its_last_second(publish, record_and_tell, tmp_path):
     recorder = record_and_tell('--namespace', '/m1/')
-    publish(200, 100_000, 'm1')
+    publish(50, 100_000, 'm1')
     wait_for(lambda: told(tmp_path)[1].size and np.ptp(told(tmp_path)[1]) > 1.9e9, 'recording')
     os.kill(recorder.pid, signal.SIGKILL)
     recorder.wait()

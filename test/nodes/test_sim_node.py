@@ -269,10 +269,9 @@ def test_as_fast_as_it_can_is_faster_than_real_time_and_carries_the_clock(bench)
     clock = bench.listen('/clock', Clock, depth=1)
     sim = Muscles(bench, 'hurried', numbers=(), real_time_factor=0.0).speaking()
     # From the first message heard on: how far the simulation had come by then is the machine's affair.
-    begun, early = sim.joints[0]
+    early = sim.joints[0][1]
     bench.until(lambda: stamp(sim.joints.last) > stamp(early) + 30e9, 'no hurry')
-    ended, late = sim.joints[-1]
-    assert (stamp(late) - stamp(early)) * 1e-9 > 2.0 * (ended - begun)
+    bench.until(lambda: best_pace(sim.joints[:]) > 2.0, 'no second of it is hurried')
     assert stamp(early) % 10_000_000 == 0 and clock.last.clock.sec >= 29
     sim.end()
     bench.forget(clock)
@@ -281,20 +280,23 @@ def test_as_fast_as_it_can_is_faster_than_real_time_and_carries_the_clock(bench)
 def test_the_seed_alone_decides_the_noise(bench):
     runs = [  # at once: their start takes longest
         Muscles(
-            bench, namespace, numbers=('displacement',), real_time_factor=2.5, seed=seed, temperature_noise_k=0.5,
-            displacement_noise_m=1e-4, displacement_quantum_m=1e-5, force_lag_s=0.1,
+            bench, namespace, numbers=('displacement',), rate_hz=20.0, real_time_factor=5.0, seed=seed,
+            temperature_noise_k=0.5, displacement_noise_m=1e-4, displacement_quantum_m=1e-5, force_lag_s=0.1,
         )
         for namespace, seed in (('seed_a', 7), ('seed_b', 7), ('seed_c', 8))
     ]  # fmt: skip
     for sim in runs:
         sim.speaking()
-        bench.until(lambda sim=sim: stamp(sim.joints.last) > 10e9, 'too slow')
+
+    def noise():
+        return [{stamp(message): message.temperature for _, message in sim.temperature[:]} for sim in runs]
+
+    # Each may have left out ticks for which its process was too late.
+    bench.until(lambda: len(set.intersection(*map(set, noise()))) > 200, 'too few ticks that all have')
     for sim in runs:
         sim.end()
-    first = runs[0]
-    heard = [{stamp(message): message.temperature for _, message in sim.temperature} for sim in runs]
+    first, heard = runs[0], noise()
     shared = sorted(heard[0].keys() & heard[1].keys() & heard[2].keys())
-    assert len(shared) > 200
     assert [heard[0][at] for at in shared] == [heard[1][at] for at in shared]
     assert sum(heard[0][at] == heard[2][at] for at in shared) == 0
     draws = np.array([heard[0][at] for at in shared]) - 23.0
@@ -368,7 +370,7 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
     steady = now[0]  # until here it may have been catching up with what it met late
     for _ in range(40):
         advance()
-    has_heard(lambda: stamp(sim.joints.last) > (now[0] - 0.03) * 1e9, 'it falls behind')
+        has_heard(lambda: stamp(sim.joints.last) > (now[0] - 0.03) * 1e9, 'it falls behind')
     stamps = sorted({stamp(message) for _, message in sim.joints if stamp(message) > steady * 1e9})
     apart = [b - a for a, b in pairwise(stamps)]
     assert apart.count(10_000_000) > 0.9 * len(apart), 'two ticks for each step of the clock'
