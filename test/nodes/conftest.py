@@ -15,13 +15,14 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 import rclpy
-from rclpy.callback_groups import CallbackGroup
 from rclpy.context import Context
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64
+
+from tcp_muscle_ros.nodes.polled import Polled
 
 STARTING = 120.0  # s; a first start compiles the model, and the machine may be busy
 PATIENCE = 90.0  # s, for what a running node does: half a minute where nobody else computes, three times that else
@@ -109,23 +110,6 @@ class Heard(list):
         return [message.data for message in dropwhile(lambda message: message.data != 0.0, self.since(moment))]
 
 
-class Looked(CallbackGroup):
-    """Of subscriptions that the bench looks at itself.
-
-    An executor looks at everything whenever one message comes: ten topics at 200 Hz took half a core, and where the
-    machine was busy the bench fell behind what it should judge, by a minute.
-    """
-
-    def can_execute(self, entity):
-        return False
-
-    def beginning_execution(self, entity):
-        return False
-
-    def ending_execution(self, entity):
-        pass
-
-
 class Bench:
     def __init__(self, folder):
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
@@ -137,7 +121,9 @@ class Bench:
         self.executor.add_node(self.node)
         self.thread = threading.Thread(target=self.executor.spin, daemon=True)
         self.thread.start()
-        self.looked, self.topics, self.guard, self.over = Looked(), [], threading.Lock(), threading.Event()
+        # It looks at its topics itself: an executor looks at everything whenever one message comes, which took as much
+        # of the machine as the nodes that are tested; on a busy one the bench fell a minute behind what it judges.
+        self.polled, self.topics, self.guard, self.over = Polled(), [], threading.Lock(), threading.Event()
         self.looking = threading.Thread(target=self._look, daemon=True)
         self.looking.start()
         self.programs = []
@@ -213,7 +199,7 @@ class Bench:
             topic,
             heard.append,
             QoSProfile(depth=depth),
-            callback_group=self.looked,
+            callback_group=self.polled,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
         )
         with self.guard:
@@ -256,31 +242,27 @@ class Bench:
         return time.monotonic()
 
     def insist(self, publisher, message, condition, otherwise):
-        """Publish until the condition holds, at 50 Hz, what may be lost."""
-        again = 0.0
-
-        def said():
-            nonlocal again
-            if time.monotonic() > again:
-                publisher.publish(message)
-                again = time.monotonic() + 0.02
-            return condition()
-
-        return self.until(said, otherwise)
+        """Publish until the condition holds, what may be lost."""
+        with self.repeating(publisher, message):
+            return self.until(condition, otherwise)
 
     @contextmanager
     def repeating(self, publisher, value, rate=50.0):
-        """Publish the value over and over, as a living commander does; yields a function that changes it."""
+        """Publish the value, a number or a message, over and over, as a living commander does; yields a function that
+        changes it."""
         held, stop = [value], threading.Event()
+
+        def publish():
+            publisher.publish(Float64(data=held[0]) if isinstance(held[0], float) else held[0])
 
         def repeat():
             while not stop.wait(1.0 / rate):
-                publisher.publish(Float64(data=held[0]))
+                publish()
 
         def change(new):
             held[0] = new
 
-        publisher.publish(Float64(data=value))
+        publish()
         thread = threading.Thread(target=repeat, daemon=True)
         thread.start()
         try:

@@ -291,12 +291,16 @@ def test_the_seed_alone_decides_the_noise(bench):
     def noise():
         return [{stamp(message): message.temperature for _, message in sim.temperature[:]} for sim in runs]
 
-    # Each may have left out ticks for which its process was too late.
-    bench.until(lambda: len(set.intersection(*map(set, noise()))) > 200, 'too few ticks that all have')
+    def ticks_of_all(heard):
+        """Each may have left out ticks for which its process was too late."""
+        return sorted(set.intersection(*map(set, heard)))
+
+    bench.until(lambda: len(ticks_of_all(noise())) > 200, 'too few ticks that all have')
     for sim in runs:
         sim.end()
     first, heard = runs[0], noise()
-    shared = sorted(heard[0].keys() & heard[1].keys() & heard[2].keys())
+    shared = ticks_of_all(heard)
+    assert len(shared) > 200
     assert [heard[0][at] for at in shared] == [heard[1][at] for at in shared]
     assert sum(heard[0][at] == heard[2][at] for at in shared) == 0
     draws = np.array([heard[0][at] for at in shared]) - 23.0

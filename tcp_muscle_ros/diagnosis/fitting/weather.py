@@ -143,10 +143,8 @@ def _rows(fitted: Fit) -> list[_Rows]:
         usual = {_DRAUGHT: excess, _ROOM: np.ones(knots.size), _SUPPLY: excess.max() * _power(experiment, knots)}
         sizes = [observed.time.size for observed in experiment.observed.values()]
         read = slice(sum(sizes))  # what stands after them is no reading
-        warmer, moved = (
-            problem.columns(responses(fitted, k, knots), k)[read],
-            (problem.columns(slopes, k) * spreads)[read],
-        )
+        warmer = problem.columns(responses(fitted, k, knots), k)[read]
+        moved = (problem.columns(slopes, k) * spreads)[read]
         found.append(_Rows(np.repeat([*experiment.observed], sizes), left[read], moved, warmer, knots, usual))
     return found
 
