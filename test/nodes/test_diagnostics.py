@@ -44,6 +44,15 @@ KEYS = {
         *('model_file', 'on_trial'),
     },
 }
+KNOWN = {  # what is a finite number once the muscles run; a measurement that is late is nan again for a moment
+    'sim_node': ('current_a', 'current_limit_a', 'hottest_c', 'command_age_s', 'fibre_temperature_c'),
+    'controller_node': (
+        *('setpoint_m', 'shaped_setpoint_m', 'displacement_m'),
+        *('predicted_displacement_m', 'predicted_temperature_c'),
+    ),
+    'twin_node': ('hottest_c',),
+    'knuckle': tuple(KEYS['knuckle']),
+}
 
 
 def is_number(text):
@@ -89,12 +98,15 @@ def heard(bench):
             for status in array.status:
                 if status.name.startswith('/told/') or status.name == of_joint:
                     latest[status.name.rpartition('/')[2]] = {value.key: value.value for value in status.values}
-        return set(latest) == set(KEYS) and is_number(latest['controller_node']['predicted_temperature_c'])
+        return set(latest) == set(KEYS)
 
     bench.speaker('/pair/knuckle/angle_setpoint').publish(Float64(data=0.2))
 
     def settled():
-        return latest['twin_node']['state'] == 'follows' and latest['knuckle']['stiffness_n_m_per_rad'] != 'nan'
+        known = (latest[node][key] for node, keys in KNOWN.items() for key in keys)
+        return latest['twin_node']['state'] == 'follows' and all(
+            is_number(text) and isfinite(float(text)) for text in known
+        )
 
     with bench.repeating(bench.speaker('/told/displacement_setpoint'), 0.005):
         bench.until(lambda: all_of_them() and settled(), 'not all are heard', 240.0)
@@ -107,13 +119,9 @@ def test_every_value_is_a_number_with_its_unit_in_the_key_or_words(heard, node):
     assert not [wrong for key, text in heard[node].items() if (wrong := complaint(key, text))]
 
 
-def test_what_is_known_is_a_number(heard):
-    for node, keys in {
-        'sim_node': ('current_a', 'current_limit_a', 'hottest_c', 'command_age_s', 'fibre_temperature_c'),
-        'controller_node': ('setpoint_m', 'shaped_setpoint_m', 'displacement_m', 'predicted_displacement_m'),
-        'twin_node': ('hottest_c',),
-    }.items():
-        assert all(isfinite(float(heard[node][key])) for key in keys), (node, heard[node])
+def test_what_is_known_has_its_size(heard):
+    assert float(heard['controller_node']['setpoint_m']) == 0.005
+    assert 20.0 < float(heard['sim_node']['fibre_temperature_c']) <= float(heard['sim_node']['hottest_c']) + 1.0
     joint = {key: float(text) for key, text in heard['knuckle'].items()}
     assert joint['setpoint_rad'] == 0.2 and abs(joint['angle_rad']) < 0.4
     assert 0.3 < joint['cocontraction_n'] < 1.0
