@@ -206,7 +206,7 @@ def moving(experiments: Sequence[Experiment], times: float) -> bool:
 
 
 def skipped(experiments: Sequence[Experiment]) -> dict[str, str]:
-    """The effects that are not tried, and why: one muscle never shows them, or these recordings cannot."""
+    """The effects that are not tried, and why: these recordings cannot show them."""
     fastest = max(_rate(e) for e in experiments)
     blind = all(e.imposed.kind == 'power' and len(e.observed) == 1 for e in experiments)
     loaded = [e for e in experiments if e.holding.end == 'load']
@@ -216,9 +216,7 @@ def skipped(experiments: Sequence[Experiment]) -> dict[str, str]:
     model = experiments[0].model
     for name in model.listed:
         effect = model.effects[name]
-        if effect.hidden:
-            found[name] = effect.hidden
-        elif effect.circumstance and blind:
+        if effect.circumstance and blind:
             found[name] = 'a power and one output do not tell it from whatever differs between recordings'
         elif fastest < effect.least_rate:
             found[name] = 'these recordings are sampled too slowly to show it'

@@ -87,6 +87,16 @@ def test_contact_resistance_is_in_series(kind, drive):
     assert run.heated == pytest.approx(released, rel=5e-3)  # rectangles over 50 ms
 
 
+@pytest.mark.parametrize(('kind', 'drive'), [('current', 0.27), ('power', 1.02), ('voltage', 4.4)])
+def test_a_contact_conducts_better_the_more_current_it_carries(kind, drive):
+    time, on = protocol(20.0, 40.0)
+    muscle = NOMINAL.replace({'contact_resistance.Rc': 2.0, 'contact_resistance.b': 20.0})
+    run = simulate(muscle.with_effects('contact_resistance'), time, drive * on, kind=kind, load=0.5884)
+    contact = run.resistance - ohms(run.temperature)
+    assert contact == pytest.approx(2.0 / (1.0 + 20.0 * run.current**2), rel=1e-5)
+    assert contact.max() == pytest.approx(2.0) and contact.min() < 1.2
+
+
 @pytest.mark.parametrize('zero', [0.0, 0.004, -0.004])
 @pytest.mark.parametrize(('kind', 'drive'), [('current', 0.27), ('power', 1.02), ('voltage', 4.4)])
 def test_current_gain_is_in_what_the_ammeter_shows(kind, drive, zero):

@@ -184,15 +184,14 @@ def _weighed(selection: Selection, chosen: Chosen, values: Mapping[str, Value], 
 def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[NotTestable, ...]:
     found = [NotTestable(name, why) for name, why in untried.items()]
     chosen = {c.effect for c in selection.chosen}
-    hidden = (
+    weak = (
         'at plausible strength it would change these recordings by less than their noise once the parameters are '
         'recalibrated'
     )
-    found += [
-        NotTestable(name, hidden)
-        for name in LISTED
-        if name not in untried and name not in chosen and selection.first.signals.get(name, 0.0) < LEAST_SIGNAL
-    ]
+    for name in LISTED:
+        hidden = EFFECTS[name].hidden
+        if name not in (*untried, *chosen) and (hidden or selection.first.signals.get(name, 0.0) < LEAST_SIGNAL):
+            found.append(NotTestable(name, hidden or weak))
     return tuple(found)
 
 
