@@ -13,7 +13,8 @@ class Parameter:
     False: a fit leaves it as it is. ``crossed``: the output (a name of Outputs) that has to cross this value for the
     effect to begin or end; ``around``: the parameter of the same effect that says how far from there it is felt.
     ``bends``: a fit moves it from its usual value, at which the effect is sought. ``state``: it is that of
-    the muscle where a recording begins; each has its own, and 0 is a muscle that has long rested.
+    the muscle where a recording begins; each has its own, and 0 is a muscle that has long rested. ``only``: the name of
+    a parameter of the same effect, and the choice of it without which this one does nothing.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Parameter:
     spelled: bool = False
     bends: bool = False
     state: bool = False
+    only: tuple[str, int] | None = None
 
     @property
     def edge_unit(self) -> str:

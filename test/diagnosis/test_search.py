@@ -124,3 +124,18 @@ def test_a_finding_names_the_channel_that_is_late():
     values = {'d': Value(0.4, 0.35, 0.45, 's'), 'channel': Value(1.0, 1.0, 1.0, '1')}
     said = finding_sentence('clock_skew', values, ())
     assert said == 'The recordings show clock skew: d = 0.40 (0.35 to 0.45) s, channel = displacement.'
+
+
+@pytest.mark.parametrize('loads', [(0.3, 0.588, 0.98), (0.588, 0.588)])
+def test_a_modulus_that_falls_at_a_temperature_of_its_own_is_told_from_one_that_follows_e(loads):
+    """Under one load the muscle makes up for it by becoming as stiff as a rod, where nothing softens any more."""
+    step = {'shear_softening.b': 0.2, 'shear_softening.Tg': 318.0, 'shear_softening.w': 4.0}
+    softened = TRUE.replace({**step, 'shear_softening.where': 1.0}).with_effects('shear_softening')
+    fitted = calibrated(softened, loads)
+    assert (fitted.muscle['k0'] > 10.0 * TRUE['k0']) is (len(set(loads)) == 1)
+    ranked, _ = screen(fitted, ['shear_softening', 'cte_kink', 'coil_contact', 'two_node'])
+    found = rivals_for(fitted, ranked, None)[0]
+    assert found.effect == 'shear_softening'
+    assert [u.name for u in effect_unknowns(TCP_MUSCLE, 'shear_softening', softened)] == list(step)
+    assert {name: found.fit.muscle[name] for name in step} == pytest.approx(step, rel=0.1)
+    assert found.fit.muscle['k0'] == pytest.approx(TRUE['k0'], rel=0.1)

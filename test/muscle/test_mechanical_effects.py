@@ -162,6 +162,17 @@ def test_what_the_shear_modulus_lacks_of_the_softening_may_change_with_the_tempe
     assert run.displacement == pytest.approx(0.15 + load / 23.0 - length, abs=1e-9)
 
 
+def test_the_shear_modulus_may_fall_at_a_temperature_of_its_own():
+    load = LOADS[0]
+    T = baseline(load, 0.27).fibre_temperature
+    cold, hot = (1.0 - 0.2 / (1.0 + np.exp(-(t - 320.0) / 5.0)) for t in (296.15, T))
+    length = 0.15 + expand(T) + load / (stiffness(T) * hot / cold)
+    step = {'where': 1.0, 'b': 0.2, 'Tg': 320.0, 'w': 5.0}
+    muscle = NOMINAL.replace({f'shear_softening.{name}': value for name, value in step.items()})
+    run = e0(muscle.with_effects('shear_softening'), load, 0.27)
+    assert run.displacement == pytest.approx(0.15 + load / 23.0 - length, abs=1e-9)
+
+
 def test_load_stroke_may_grow_with_the_square_of_the_load():
     load = LOADS[0]
     T = baseline(load, 0.27).fibre_temperature

@@ -18,7 +18,7 @@ def effect_unknowns(model: Model, name: str, parameters: Parameters, owner: int 
     """
     unknowns = []
     effect = model.effects[name]
-    for row in effect.fitted:
+    for row in effect.moved(parameters):
         key = f'{name}.{row.name}'
         wide = row.low > 0.0 and row.high / row.low > 10.0
         value = parameters[key]

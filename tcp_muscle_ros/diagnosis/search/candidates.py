@@ -8,15 +8,17 @@ the misfit would drop. All in linear approximation: it ranks, refits decide.
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
 from tcp_muscle_ros.diagnosis.model.model import Model
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
+from tcp_muscle_ros.diagnosis.model.unknown import Unknown
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -24,6 +26,7 @@ _WORKERS = 2
 _MOST_VARIANTS = 6
 _WEAK, _APART = 0.1, 2.5
 _CROSSED = (0.15, 0.4, 0.6, 0.85)  # shares of an output's span
+_FAR, _HELD = 1.0, 1e-6  # of the prior's spread: what has gone far, and by how little what is held may move
 _BEGINS, _SPANS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88), (0.06, 0.2, 2.0)  # shares of a recording
 
 
@@ -34,7 +37,8 @@ class Candidate:
     ``gain``: expected drop of the misfit; ``signal``: norm of what remains of its direction at full plausible strength
     once the unknowns have mimicked what they can, in units of the noise; ``values``: where a refit should start;
     ``own``: the same for each recording, where every recording has its own, else empty; ``second``: where else to
-    start, the best of the other sets; ``model``: what it is an effect of.
+    start, the best of the other sets; ``begun``: where the unknowns of the muscle should start, if not where they are;
+    ``model``: what it is an effect of.
     """
 
     effect: str
@@ -43,6 +47,7 @@ class Candidate:
     signal: float
     own: tuple[dict[str, float], ...] = ()
     second: dict[str, float] | None = None
+    begun: Array | None = None
     model: Model = TCP_MUSCLE
 
     @property
@@ -59,7 +64,7 @@ class Candidate:
         """The gain less the ``price`` of each of its parameters, and of a choice that is not the usual one."""
         rows = self.definition.parameters
         chosen = sum(bool(row.choices) and self.values[f'{self.effect}.{row.name}'] != row.value for row in rows)
-        return self.gain - price * (chosen + len(self.definition.fitted) * max(len(self.own), 1))
+        return self.gain - price * (chosen + len(self.definition.moved(self.values)) * max(len(self.own), 1))
 
     def starts(self) -> 'list[Candidate]':
         """Where a refit may start: as far as the linear approximation goes, and less far; at the usual strength and
@@ -141,11 +146,16 @@ def variants(
             else:
                 value = row.low + share * (row.high - row.low)
             found.append({**usual, f'{effect}.{row.name}': value})
-    found = found[: 2 + _MOST_VARIANTS]
+    found = found[: 2 + _MOST_VARIANTS * max(len({row.only for row in definition.fitted}), 1)]
     for row in definition.parameters:
         if row.choices:
             found = [{**one, f'{effect}.{row.name}': float(k)} for k in range(len(row.choices)) for one in found]
-    return found
+    idle = [{row.name for row in definition.fitted} - {row.name for row in definition.moved(one)} for one in found]
+    return [
+        one
+        for one, unused in zip(found, idle, strict=True)
+        if all(one[f'{effect}.{name}'] == usual[f'{effect}.{name}'] for name in unused)
+    ]
 
 
 @dataclass(frozen=True)
@@ -180,6 +190,11 @@ class Screen:
             added = {name: (after[name] - shown)[:, None] for name, shown in before.items()}
             found.append(-problem.columns(added, k)[:, 0])
         return found if all(np.all(np.isfinite(part)) for part in found) else None
+
+    @cached_property
+    def misfit(self) -> float:
+        """What the unknowns could not take away, in linear approximation."""
+        return float(self.left @ self.left)
 
     def judge(self, effect: str, values: dict[str, float], change: list[Array]) -> Candidate:
         """How much this effect, which changes the predictions so, would improve the fit."""
@@ -221,6 +236,32 @@ class Screen:
         return found
 
 
+def _brought_back(fitted: Fit) -> Fit | None:
+    """The fit with what of the muscle went far put where it began; None where nothing did.
+
+    A muscle makes up for physics that it lacks, and may go where that physics does nothing: a coil that became as
+    stiff as a rod does not soften.
+    """
+    problem, began = fitted.problem, fitted.problem.start()
+    far = [
+        u.recording is None and '.' not in u.name and abs(z - z0) > _FAR * u.prior_spread
+        for u, z, z0 in zip(problem.unknowns, fitted.z, began, strict=True)
+    ]
+    if not any(far):
+        return None
+    held = tuple(_held(u) if f else u for u, f in zip(problem.unknowns, far, strict=True))
+    back = fit(replace(problem, unknowns=held), np.where(far, began, fitted.z), tolerance=1e-5)
+    return fit(problem, back.z, rounds=0)
+
+
+def _held(unknown: Unknown) -> Unknown:
+    """It, hardly free to move."""
+    start = unknown.to_fit(unknown.start)
+    ends = (start - _HELD * unknown.prior_spread, start + _HELD * unknown.prior_spread)
+    low, high = (float(np.exp(e)) if unknown.log else e * unknown.spread for e in ends)
+    return replace(unknown, low=low, high=high)
+
+
 def screen(
     fitted: Fit, effects: Sequence[str], progress: Callable[[], None] | None = None
 ) -> tuple[list[Candidate], dict[str, float]]:
@@ -229,15 +270,20 @@ def screen(
     Returns the best variant of each effect, best first, and for each effect the largest signal of its variants.
     """
     base, price = Screen.of(fitted), fitted.problem.policy.per_parameter
+    back = _brought_back(fitted)
+    other = None if back is None else Screen.of(back)
 
     def best(effect: str) -> tuple[Candidate | None, float]:
         if progress:
             progress()
         found = base.candidates(effect)
+        if other is not None:
+            worse = other.misfit - base.misfit
+            found += [replace(c, gain=max(c.gain - worse, 0.0), begun=other.fit.z) for c in other.candidates(effect)]
         if not found:
             return None, 0.0
         first = max(found, key=lambda c: c.worth(price))
-        others = [c for c in found if c is not first and not c.own]
+        others = [c for c in found if c is not first and not c.own and c.begun is first.begun]
         if others and not first.own:
             first = replace(first, second=max(others, key=lambda c: c.worth(price)).values)
         return first, max(c.signal for c in found)

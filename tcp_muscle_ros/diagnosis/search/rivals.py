@@ -26,6 +26,7 @@ _RESOLVED = 0.5  # of the time from sample to sample: an instant between two is 
 _ANYWHERE, _FAINTLY = 2.0, 10.0
 _CHOOSING = 0.5  # of the best drop: a rival so far is tried by its other choices too
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
+_FARTHER = 4  # times these rounds, where the muscle has a long way back
 
 
 @dataclass(frozen=True)
@@ -70,11 +71,20 @@ def penalised(fitted: Fit) -> float:
 
 def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit | None:
     """Refit with one more effect, for so many rounds; None where the model runs away with it from every start."""
+    grown = _grown(fitted, fitted.z, candidate, rounds)
+    if candidate.begun is None:
+        return grown
+    again = _grown(fitted, candidate.begun, candidate, _FARTHER * rounds)
+    return min((f for f in (grown, again) if f is not None), key=lambda f: f.objective, default=None)
+
+
+def _grown(fitted: Fit, begun: Array, candidate: Candidate, rounds: int) -> Fit | None:
+    """Refit with one more effect, with what was unknown before begun here."""
     own = fitted.z.size
     tried = []
     for start in candidate.starts():
         problem = with_effect(fitted.problem, start)
-        z = np.concatenate([fitted.z, problem.start()[own:]])
+        z = np.concatenate([begun, problem.start()[own:]])
         with np.errstate(over='ignore', invalid='ignore'):  # where it runs away
             shown = problem.predictions(z)
             misfit = float(sum(part @ part for part in problem.residuals(shown)))
@@ -83,7 +93,7 @@ def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit | None:
     if not tried:
         return None
     _, problem, z, shown = min(tried, key=lambda t: t[0])
-    known = slopes_with_more(fitted, problem, z, shown)
+    known = slopes_with_more(fitted, problem, z, shown) if begun is fitted.z else None
     return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=False)
 
 
@@ -125,7 +135,7 @@ def rivals_for(
             rival = _to_the_end(rival)
         found.append(rival)
     bar = bare - _CHOOSING * max((bare - rival.score for rival in found), default=0.0)
-    found = [_best_choice(rival, progress) if rival.score <= bar else rival for rival in found]
+    found = [_best_choice(base, rival, progress) if rival.score <= bar else rival for rival in found]
     return sorted(found, key=lambda r: r.score)
 
 
@@ -152,7 +162,7 @@ def _to_the_end(rival: Rival) -> Rival:
     return Rival(rival.effect, whole, penalised(whole))
 
 
-def _best_choice(rival: Rival, progress: Callable[[], None] | None) -> Rival:
+def _best_choice(base: Fit, rival: Rival, progress: Callable[[], None] | None) -> Rival:
     """The same effect by the choice that fits best: in linear approximation, by which it was made, choices look alike.
 
     A choice that says which channel or stage an effect touches is plain there.
@@ -167,11 +177,20 @@ def _best_choice(rival: Rival, progress: Callable[[], None] | None) -> Rival:
                 continue
             if progress:
                 progress()
-            changed = replace(problem, parameters=problem.parameters.replace({key: float(other)}))
-            again = fit(changed, rival.fit.z, rounds=_HEAT, tolerance=1e-5, known=rival.fit.rough_slopes)
-            if penalised(again) < best.score:
+            if any(r.only and r.only[0] == row.name for r in rival.definition.parameters):
+                again = _begun_anew(base, rival.effect, key, other)
+            else:
+                changed = replace(problem, parameters=problem.parameters.replace({key: float(other)}))
+                again = fit(changed, rival.fit.z, rounds=_HEAT, tolerance=1e-5, known=rival.fit.rough_slopes)
+            if again is not None and penalised(again) < best.score:
                 best = _to_the_end(Rival(rival.effect, again, penalised(again)))
     return best
+
+
+def _begun_anew(base: Fit, effect: str, key: str, choice: int) -> Fit | None:
+    """The effect by a choice that brings parameters of its own, refitted on top of a fit."""
+    tried = [c for c in Screen.of(base).candidates(effect) if round(c.values[key]) == choice and not c.own]
+    return grow(base, max(tried, key=lambda c: c.gain), rounds=_HEAT) if tried else None
 
 
 def begins(rival: Rival) -> bool:
@@ -191,7 +210,7 @@ def sound(rival: Rival) -> bool:
         return False
     if _spent(rival) or _ends(rival) > (0 if turned(rival) else 1) or (definition.moments and follows_the_drive(rival)):
         return False
-    for row in definition.fitted:
+    for row in definition.moved(rival.fit.muscle):
         if row.crossed:
             shown = np.concatenate([getattr(o, row.crossed) for o in rival.fit.outputs])
             middle, reach = 0.5 * (shown.max() + shown.min()), _NEARLY * 0.5 * (shown.max() - shown.min())
@@ -294,7 +313,7 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
         effect = rival.definition
         far = known and abs(times_usual(rival)) > policy.far
         rank = 1 if effect.stage != 'sensor' else 2 if far else 0
-        return own(rival), rank, turned(rival), effect.unexpected, len(effect.fitted), rival.score
+        return own(rival), rank, turned(rival), effect.unexpected, len(effect.moved(rival.fit.muscle)), rival.score
 
     first = min(close, key=order)
     stage = first.definition.stage

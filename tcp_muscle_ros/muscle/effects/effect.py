@@ -96,7 +96,8 @@ class Effect:
     numbers of an array. ``prepare(c)`` fills the ``prepared`` numbers that stand behind its parameters in ``c``.
     ``stage_by``: the parameter whose choice is its stage, where it may be of several. ``free``: it has no name.
 
-    What a diagnosis asks of it: ``hidden``: why recordings of one muscle never show it. ``least_rate``: sampled more
+    What a diagnosis asks of it: ``hidden``: why recordings of one muscle never show it
+    in its plain form. ``least_rate``: sampled more
     slowly (Hz) none shows it. ``latent``: what of it no equation foretells, so that a fit infers it: a ``course`` of
     the conductance or the ``room`` in time, or ``slips`` at instants of their own, whose mean it is. ``threshold``: the
     parameter below which it does nothing. ``swings``: it lets a weight swing after a step of the load. ``sticks``: it
@@ -149,6 +150,14 @@ class Effect:
     def fitted(self) -> tuple[Parameter, ...]:
         """The parameters that a fit moves."""
         return tuple(row for row in self.parameters if row.fitted and not row.state)
+
+    def moved(self, values: Mapping[str, float]) -> tuple[Parameter, ...]:
+        """The parameters that a fit moves with the choices in ``values`` (their keys: ``effect.parameter``)."""
+
+        def used(row: Parameter) -> bool:
+            return row.only is None or round(values[f'{self.name}.{row.only[0]}']) == row.only[1]
+
+        return tuple(row for row in self.fitted if used(row))
 
     def __post_init__(self) -> None:
         unknown = set(self.hooks) - set(POINTS)
