@@ -23,9 +23,9 @@ from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
 _WORKERS = 2
-_MOST_VARIANTS = 6
 _WEAK, _APART = 0.1, 2.5
 _CROSSED = (0.15, 0.4, 0.6, 0.85)  # shares of an output's span
+_OTHERS, _ALSO = 3, 0.4  # further sets to start from, and the share of the best one's gain that they promise at least
 _FAR, _HELD = 1.0, 1e-6  # of the prior's spread: what has gone far, and by how little what is held may move
 _BEGINS, _SPANS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88), (0.06, 0.2, 2.0)  # shares of a recording
 
@@ -36,9 +36,9 @@ class Candidate:
 
     ``gain``: expected drop of the misfit; ``signal``: norm of what remains of its direction at full plausible strength
     once the unknowns have mimicked what they can, in units of the noise; ``values``: where a refit should start;
-    ``own``: the same for each recording, where every recording has its own, else empty; ``second``: where else to
-    start, the best of the other sets; ``begun``: where the unknowns of the muscle should start, if not where they are;
-    ``model``: what it is an effect of.
+    ``own``: the same for each recording, where every recording has its own, else empty; ``others``: where else to
+    start, the best of the other sets, best first; ``begun``: where the unknowns of the muscle should start, if not
+    where they are; ``model``: what it is an effect of.
     """
 
     effect: str
@@ -46,7 +46,7 @@ class Candidate:
     gain: float
     signal: float
     own: tuple[dict[str, float], ...] = ()
-    second: dict[str, float] | None = None
+    others: tuple[dict[str, float], ...] = ()
     begun: Array | None = None
     model: Model = TCP_MUSCLE
 
@@ -88,8 +88,7 @@ class Candidate:
                 values=moved(values, share, of_usual),
                 own=tuple(moved(own, share, of_usual) for own in self.own),
             )
-            for values in (self.values, self.second)
-            if values is not None
+            for values in (self.values, *self.others[:1])
             for share, of_usual in ((1.0, False), (0.4, False), (0.1, False), (1.0, True), (_APART, True))
         ]
 
@@ -146,7 +145,6 @@ def variants(
             else:
                 value = row.low + share * (row.high - row.low)
             found.append({**usual, f'{effect}.{row.name}': value})
-    found = found[: 2 + _MOST_VARIANTS * max(len({row.only for row in definition.fitted}), 1)]
     for row in definition.parameters:
         if row.choices:
             found = [{**one, f'{effect}.{row.name}': float(k)} for k in range(len(row.choices)) for one in found]
@@ -283,9 +281,11 @@ def screen(
         if not found:
             return None, 0.0
         first = max(found, key=lambda c: c.worth(price))
-        others = [c for c in found if c is not first and not c.own and c.begun is first.begun]
-        if others and not first.own:
-            first = replace(first, second=max(others, key=lambda c: c.worth(price)).values)
+        if not first.own:
+            rest = [c for c in found if c is not first and not c.own and c.begun is first.begun]
+            rest.sort(key=lambda c: -c.worth(price))
+            others = [*rest[:1], *(c for c in rest[1:_OTHERS] if c.gain > _ALSO * first.gain)]
+            first = replace(first, others=tuple(c.values for c in others))
         return first, max(c.signal for c in found)
 
     with ThreadPoolExecutor(_WORKERS) as pool:

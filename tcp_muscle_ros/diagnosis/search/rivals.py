@@ -26,6 +26,7 @@ _RESOLVED = 0.5  # of the time from sample to sample: an instant between two is 
 _ANYWHERE, _FAINTLY = 2.0, 10.0
 _CHOOSING = 0.5  # of the best drop: a rival so far is tried by its other choices too
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
+_SHORT = 0.9  # of what a candidate promises: it may have begun in the wrong valley
 _FARTHER = 4  # times these rounds, where the muscle has a long way back
 
 
@@ -121,9 +122,9 @@ def rivals_for(
     for candidate in promising:
         if progress:
             progress()
-        grown = grow(base, candidate, rounds=_HEAT)
-        if grown is not None:
-            begun.append((candidate, Rival(candidate.effect, grown, penalised(grown))))
+        rival = _heated(base, candidate)
+        if rival is not None:
+            begun.append((candidate, rival))
     bare = penalised(base)
     best = max((bare - rival.score for _, rival in begun), default=0.0)
     found = []
@@ -137,6 +138,19 @@ def rivals_for(
     bar = bare - _CHOOSING * max((bare - rival.score for rival in found), default=0.0)
     found = [_best_choice(base, rival, progress) if rival.score <= bar else rival for rival in found]
     return sorted(found, key=lambda r: r.score)
+
+
+def _heated(base: Fit, candidate: Candidate) -> Rival | None:
+    """The candidate after a few rounds; where it falls short of what it promises, from the best of its sets."""
+    found = []
+    for values in (candidate.values, *candidate.others):
+        start = candidate if values is candidate.values else replace(candidate, values=values, others=())
+        grown = grow(base, start, rounds=_HEAT)
+        if grown is not None:
+            found.append(Rival(candidate.effect, grown, penalised(grown)))
+            if penalised(base) - found[0].score > _SHORT * candidate.gain:
+                break
+    return min(found, key=lambda r: r.score, default=None)
 
 
 def one_for_all(base: Fit, effect: str) -> Rival | None:
