@@ -139,3 +139,13 @@ def test_a_modulus_that_falls_at_a_temperature_of_its_own_is_told_from_one_that_
     assert [u.name for u in effect_unknowns(TCP_MUSCLE, 'shear_softening', softened)] == list(step)
     assert {name: found.fit.muscle[name] for name in step} == pytest.approx(step, rel=0.1)
     assert found.fit.muscle['k0'] == pytest.approx(TRUE['k0'], rel=0.1)
+
+
+def test_what_freezes_far_below_where_it_melts_is_found():
+    """From none the fit goes to a narrow band without any, and stays there."""
+    melts = {'latent_heat.c': 0.06, 'latent_heat.Tm': 330.0, 'latent_heat.w': 6.0, 'latent_heat.u': 30.0}
+    fitted = calibrated(TRUE.replace(melts).with_effects('latent_heat'))
+    ranked, _ = screen(fitted, ['latent_heat', 'moisture', 'heat_capacity', 'two_node'])
+    found = rivals_for(fitted, ranked, None)[0]
+    assert found.effect == 'latent_heat'
+    assert {name: found.fit.muscle[name] for name in melts} == pytest.approx(melts, rel=0.05)
