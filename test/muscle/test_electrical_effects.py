@@ -90,7 +90,9 @@ def test_contact_resistance_is_in_series(kind, drive):
 @pytest.mark.parametrize(('kind', 'drive'), [('current', 0.27), ('power', 1.02), ('voltage', 4.4)])
 def test_a_contact_conducts_better_the_more_current_it_carries(kind, drive):
     time, on = protocol(20.0, 40.0)
-    muscle = NOMINAL.replace({'contact_resistance.Rc': 2.0, 'contact_resistance.b': 20.0})
+    muscle = NOMINAL.replace({
+        'contact_resistance.Rc': 2.0, 'contact_resistance.falls': 1.0, 'contact_resistance.b': 20.0,
+    })  # fmt: skip
     run = simulate(muscle.with_effects('contact_resistance'), time, drive * on, kind=kind, load=0.5884)
     contact = run.resistance - ohms(run.temperature)
     assert contact == pytest.approx(2.0 / (1.0 + 20.0 * run.current**2), rel=1e-5)

@@ -148,6 +148,12 @@ def variants(
     for row in definition.parameters:
         if row.choices:
             found = [{**one, f'{effect}.{row.name}': float(k)} for k in range(len(row.choices)) for one in found]
+    if definition.hidden:
+        found = [
+            one
+            for one in found
+            if any(one[f'{effect}.{r.name}'] != r.value for r in definition.parameters if r.choices)
+        ]
     idle = [{row.name for row in definition.fitted} - {row.name for row in definition.moved(one)} for one in found]
     return [
         one

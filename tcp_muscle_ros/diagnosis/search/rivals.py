@@ -187,7 +187,7 @@ def _best_choice(base: Fit, rival: Rival, progress: Callable[[], None] | None) -
         if not row.choices or row.spelled or row.name in (rival.definition.late or ()):
             continue
         for other in range(len(row.choices)):
-            if other == round(problem.parameters[key]):
+            if other == round(problem.parameters[key]) or (rival.definition.hidden and other == row.value):
                 continue
             if progress:
                 progress()

@@ -97,7 +97,7 @@ class Effect:
     ``stage_by``: the parameter whose choice is its stage, where it may be of several. ``free``: it has no name.
 
     What a diagnosis asks of it: ``hidden``: why recordings of one muscle never show it
-    in its plain form. ``least_rate``: sampled more
+    by its usual choices, with which it is not tried. ``least_rate``: sampled more
     slowly (Hz) none shows it. ``latent``: what of it no equation foretells, so that a fit infers it: a ``course`` of
     the conductance or the ``room`` in time, or ``slips`` at instants of their own, whose mean it is. ``threshold``: the
     parameter below which it does nothing. ``swings``: it lets a weight swing after a step of the load. ``sticks``: it
