@@ -60,11 +60,11 @@ def test_a_thermometer_that_is_off_by_another_amount_each_time_is_a_sensor(diagn
 
 
 @pytest.mark.slow
-def test_what_a_sensor_leaves_is_unexplained_where_its_fault_would_have_left_nothing(diagnosed):
-    """A resistance that bends with the current looks like one that is read late."""
+def test_a_resistance_that_bends_with_the_current_is_a_contact_that_it_lowers(diagnosed):
+    """And not one that is read late, which it resembles."""
     found = diagnosed(101, 'unlisted', 'varistor', 701)
-    assert found.verdict == 'unexplained'
-    assert found.unexplained.channel == 'resistance'
+    assert found.findings[0].effect == 'contact_resistance'
+    assert 'clock_skew' not in [f.effect for f in found.findings]
 
 
 @pytest.mark.slow

@@ -26,7 +26,6 @@ _RESOLVED = 0.5  # of the time from sample to sample: an instant between two is 
 _ANYWHERE, _FAINTLY = 2.0, 10.0
 _CHOOSING = 0.5  # of the best drop: a rival so far is tried by its other choices too
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
-_SHORT = 0.9  # of what a candidate promises: it may have begun in the wrong valley
 _FARTHER = 4  # times these rounds, where the muscle has a long way back
 
 
@@ -141,14 +140,15 @@ def rivals_for(
 
 
 def _heated(base: Fit, candidate: Candidate) -> Rival | None:
-    """The candidate after a few rounds; where it falls short of what it promises, from the best of its sets."""
+    """The candidate after a few rounds; from the best of its sets, where it falls short of what it promises by
+    as much as an effect explains at least."""
     found = []
     for values in (candidate.values, *candidate.others):
         start = candidate if values is candidate.values else replace(candidate, values=values, others=())
         grown = grow(base, start, rounds=_HEAT)
         if grown is not None:
             found.append(Rival(candidate.effect, grown, penalised(grown)))
-            if penalised(base) - found[0].score > _SHORT * candidate.gain:
+            if candidate.gain - (penalised(base) - found[0].score) < base.problem.policy.least_drop:
                 break
     return min(found, key=lambda r: r.score, default=None)
 
