@@ -40,9 +40,8 @@ load steps from 30 g.
 
 **What looks alike.** Recordings of the paper's protocol hardly separate these groups: heat_capacity, latent_heat (and
 the first cycle of moisture); natural_convection, radiation, exposed_area; load_stroke and thermocouple_gain;
-displacement_drift, viscous_flow, fatigue; a constant contact_resistance is nearly
-an exact change of R0, a_R, hA and C. The direction
-of the loop of contraction over temperature helps: heating lies on top for thermocouple_lag,
+displacement_drift, viscous_flow, fatigue; a constant contact_resistance is nearly an exact change of R0, a_R, hA and C.
+The direction of the loop of contraction over temperature helps: heating lies on top for thermocouple_lag,
 clock_skew, creep, branch_cte and end_conduction, cooling for two_node, hysteresis and friction. A slower cycle makes
 the loop smaller for all of these but branch_cte, hysteresis and friction.
 

@@ -8,7 +8,6 @@ the misfit would drop. All in linear approximation: it ranks, refits decide.
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -145,21 +144,22 @@ def variants(
             else:
                 value = row.low + share * (row.high - row.low)
             found.append({**usual, f'{effect}.{row.name}': value})
-    for row in definition.parameters:
-        if row.choices:
-            found = [{**one, f'{effect}.{row.name}': float(k)} for k in range(len(row.choices)) for one in found]
+    return _by_choice(definition, usual, found)
+
+
+def _by_choice(definition: Effect, usual: Mapping[str, float], found: list[dict[str, float]]) -> list[dict[str, float]]:
+    """The sets for each choice; none that changes what its choice leaves idle, nor those that recordings never show."""
+    choices = {f'{definition.name}.{row.name}': row for row in definition.parameters if row.choices}
+    for name, row in choices.items():
+        found = [{**one, name: float(k)} for k in range(len(row.choices)) for one in found]
     if definition.hidden:
-        found = [
-            one
-            for one in found
-            if any(one[f'{effect}.{r.name}'] != r.value for r in definition.parameters if r.choices)
-        ]
-    idle = [{row.name for row in definition.fitted} - {row.name for row in definition.moved(one)} for one in found]
-    return [
-        one
-        for one, unused in zip(found, idle, strict=True)
-        if all(one[f'{effect}.{name}'] == usual[f'{effect}.{name}'] for name in unused)
-    ]
+        found = [one for one in found if any(one[name] != row.value for name, row in choices.items())]
+
+    def idle(one: dict[str, float]) -> list[str]:
+        moved = definition.moved(one)
+        return [f'{definition.name}.{row.name}' for row in definition.fitted if row not in moved]
+
+    return [one for one in found if all(one[name] == usual[name] for name in idle(one))]
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ class Screen:
             found.append(-problem.columns(added, k)[:, 0])
         return found if all(np.all(np.isfinite(part)) for part in found) else None
 
-    @cached_property
+    @property
     def misfit(self) -> float:
         """What the unknowns could not take away, in linear approximation."""
         return float(self.left @ self.left)
@@ -276,13 +276,13 @@ def screen(
     base, price = Screen.of(fitted), fitted.problem.policy.per_parameter
     back = _brought_back(fitted)
     other = None if back is None else Screen.of(back)
+    worse = 0.0 if other is None else other.misfit - base.misfit
 
     def best(effect: str) -> tuple[Candidate | None, float]:
         if progress:
             progress()
         found = base.candidates(effect)
         if other is not None:
-            worse = other.misfit - base.misfit
             found += [replace(c, gain=max(c.gain - worse, 0.0), begun=other.fit.z) for c in other.candidates(effect)]
         if not found:
             return None, 0.0

@@ -96,14 +96,14 @@ class Effect:
     numbers of an array. ``prepare(c)`` fills the ``prepared`` numbers that stand behind its parameters in ``c``.
     ``stage_by``: the parameter whose choice is its stage, where it may be of several. ``free``: it has no name.
 
-    What a diagnosis asks of it: ``hidden``: why recordings of one muscle never show it
-    by its usual choices, with which it is not tried. ``least_rate``: sampled more
-    slowly (Hz) none shows it. ``latent``: what of it no equation foretells, so that a fit infers it: a ``course`` of
-    the conductance or the ``room`` in time, or ``slips`` at instants of their own, whose mean it is. ``threshold``: the
-    parameter below which it does nothing. ``swings``: it lets a weight swing after a step of the load. ``sticks``: it
-    holds and lets go by itself. ``like_slips``: slips that are too small to be seen, or fall together with an input's
-    step, pass for it. ``late``: its parameters for the delay, the pace and the channel, where it makes one channel
-    late. ``delay(muscle)``: by how much (s) it makes something follow, which samples must resolve.
+    What a diagnosis asks of it: ``hidden``: why recordings of one muscle never show it by its usual choices, with which
+    it is not tried. ``least_rate``: sampled more slowly (Hz) none shows it. ``latent``: what of it no equation
+    foretells, so that a fit infers it: a ``course`` of the conductance or the ``room`` in time, or ``slips`` at
+    instants of their own, whose mean it is. ``threshold``: the parameter below which it does nothing. ``swings``: it
+    lets a weight swing after a step of the load. ``sticks``: it holds and lets go by itself. ``like_slips``: slips that
+    are too small to be seen, or fall together with an input's step, pass for it. ``late``: its parameters for the
+    delay, the pace and the channel, where it makes one channel late. ``delay(muscle)``: by how much (s) it makes
+    something follow, which samples must resolve.
     """
 
     name: str

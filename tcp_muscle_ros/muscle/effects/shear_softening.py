@@ -4,9 +4,9 @@
     at Tg:          k = k0 E(T)/E(T0) h(T)/h(T0),   h = 1 - b / (1 + exp(-(T - Tg)/w))
 
 Choy et al. 1984, drawn nylon, 40 to 90 degC: E falls to 0.655, G to 0.78, so b = 1 - ln 0.78 / ln 0.655 = 0.41. The
-ratio need not be constant: with m < 0, G follows E more closely the hotter it is. Or G loses
-the share b more than E where its glass changes, within a few K of a Tg of its own. The paper's equation 10 takes both
-as one (isotropic).
+ratio need not be constant: with m < 0, G follows E more closely the hotter it is. Or G loses the
+share b more than E where its glass changes, within a few K of a Tg of its own. The paper's equation 10 takes both as
+one (isotropic).
 """
 
 from math import exp
