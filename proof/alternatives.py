@@ -33,7 +33,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import STROKE
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen
-from tcp_muscle_ros.diagnosis.search.rivals import grow
+from tcp_muscle_ros.diagnosis.search.refitting import grow
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 from tcp_muscle_ros.report.report_json import IMPROVED
 

@@ -29,7 +29,7 @@ from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, settle_noise, structures, with_noise
 from tcp_muscle_ros.diagnosis.observation.observe import MOST, prepared
 from tcp_muscle_ros.diagnosis.search.candidates import screen
-from tcp_muscle_ros.diagnosis.search.rivals import rivals_for
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import LISTED
 from tcp_muscle_ros.process.threads import one_of_linear_algebra

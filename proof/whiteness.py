@@ -11,7 +11,7 @@ from tcp_muscle_ros.diagnosis.diagnose import skipped
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.candidates import screen
-from tcp_muscle_ros.diagnosis.search.rivals import grow
+from tcp_muscle_ros.diagnosis.search.refitting import grow
 from tcp_muscle_ros.muscle import LISTED
 
 LEVEL, LAGS = 0.01, 20

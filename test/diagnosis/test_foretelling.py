@@ -11,7 +11,8 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.search import company
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.company import foretelling, least_of_all
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, own, penalised, rivals_for, sound
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, own, penalised, sound
 from tcp_muscle_ros.diagnosis.search.selection import select
 
 CHANNELS = ('temperature', 'resistance', 'displacement')

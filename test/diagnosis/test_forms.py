@@ -11,7 +11,7 @@ from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance, expected, whit
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.search.candidates import screen
-from tcp_muscle_ros.diagnosis.search.rivals import rivals_for
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 
 
 @pytest.mark.parametrize('phi', [0.0, 0.7])

@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, foretelling, impr
 from tcp_muscle_ros.diagnosis.answer.replaying import as_given, own_of, replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search.candidates import screen
-from tcp_muscle_ros.diagnosis.search.rivals import rivals_for
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.settings.ages import as_old_as_then
 from tcp_muscle_ros.settings.rig import on_rig, read_rig, render_rig

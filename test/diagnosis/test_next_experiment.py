@@ -20,7 +20,8 @@ from tcp_muscle_ros.diagnosis.answer.protocols import plans, reach
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, with_effect
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, rivals_for, shrink
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for, shrink
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
 
 CHANNELS = ['temperature', 'resistance', 'displacement']
 LATE = TRUE.with_effects('thermocouple_lag').replace({'thermocouple_lag.tau': 0.3})

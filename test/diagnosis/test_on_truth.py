@@ -15,7 +15,8 @@ from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.company import confirm
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, stretches
-from tcp_muscle_ros.diagnosis.search.rivals import begins, rivals_for
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import begins
 from tcp_muscle_ros.muscle import Parameters
 
 NOMINAL = Parameters.named('karami_tadesse_2017')

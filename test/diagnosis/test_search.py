@@ -12,7 +12,8 @@ from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, grow, rivals_for
+from tcp_muscle_ros.diagnosis.search.refitting import grow, rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
 LOADS = np.select([np.mod(TIME, 70.0) < 20.0, np.mod(TIME, 70.0) < 45.0], [0.3, 1.2], 0.6)

@@ -16,15 +16,8 @@ from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, varian
 from tcp_muscle_ros.diagnosis.search.companions import Companions
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
 from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
-from tcp_muscle_ros.diagnosis.search.rivals import (
-    Rival,
-    begins,
-    follows_the_drive,
-    least_drop,
-    prefer,
-    rivals_for,
-    sound,
-)
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, least_drop, prefer, sound
 from tcp_muscle_ros.diagnosis.search.selection import _Search, select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 

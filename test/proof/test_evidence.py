@@ -8,7 +8,7 @@ from proof.evidence import AIMS, log_evidence, main, rates
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.search.candidates import screen
-from tcp_muscle_ros.diagnosis.search.rivals import rivals_for
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
 

@@ -13,7 +13,7 @@ from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.holdout import changed_by, held_out
-from tcp_muscle_ros.diagnosis.search.rivals import shrink
+from tcp_muscle_ros.diagnosis.search.refitting import shrink
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.muscle import Parameters
 

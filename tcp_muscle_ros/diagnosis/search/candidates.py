@@ -37,7 +37,7 @@ class Candidate:
     once the unknowns have mimicked what they can, in units of the noise; ``values``: where a refit should start;
     ``own``: the same for each recording, where every recording has its own, else empty; ``others``: where else to
     start, the best of the other sets, best first; ``begun``: where the unknowns of the muscle should start, if not
-    where they are; ``model``: what it is an effect of.
+    where they are; ``by_choice``: what promises most by each of its choices; ``model``: what it is an effect of.
     """
 
     effect: str
@@ -47,6 +47,7 @@ class Candidate:
     own: tuple[dict[str, float], ...] = ()
     others: tuple[dict[str, float], ...] = ()
     begun: Array | None = None
+    by_choice: 'tuple[Candidate, ...]' = ()
     model: Model = TCP_MUSCLE
 
     @property
@@ -90,6 +91,19 @@ class Candidate:
             for values in (self.values, *self.others[:1])
             for share, of_usual in ((1.0, False), (0.4, False), (0.1, False), (1.0, True), (_APART, True))
         ]
+
+
+def best_of(found: Sequence[Candidate], price: float) -> Candidate:
+    """The variant of an effect that is worth most at this ``price`` of a parameter, with what else it may be."""
+    first = max(found, key=lambda c: c.worth(price))
+    alike = sorted((c for c in found if not c.own), key=lambda c: -c.worth(price))
+    rest = [c for c in alike if c is not first and c.begun is first.begun and not first.own]
+    others = [*rest[:1], *(c for c in rest[1:_OTHERS] if c.gain > _ALSO * first.gain)]
+    choices = [f'{first.effect}.{row.name}' for row in first.definition.parameters if row.choices]
+    by_choice: dict[tuple[float, ...], Candidate] = {}
+    for candidate in sorted(alike, key=lambda c: -c.gain):
+        by_choice.setdefault(tuple(candidate.values[key] for key in choices), candidate)
+    return replace(first, others=tuple(c.values for c in others), by_choice=tuple(by_choice.values()))
 
 
 def with_effect(problem: Problem, candidate: Candidate) -> Problem:
@@ -284,15 +298,7 @@ def screen(
         found = base.candidates(effect)
         if other is not None:
             found += [replace(c, gain=max(c.gain - worse, 0.0), begun=other.fit.z) for c in other.candidates(effect)]
-        if not found:
-            return None, 0.0
-        first = max(found, key=lambda c: c.worth(price))
-        if not first.own:
-            rest = [c for c in found if c is not first and not c.own and c.begun is first.begun]
-            rest.sort(key=lambda c: -c.worth(price))
-            others = [*rest[:1], *(c for c in rest[1:_OTHERS] if c.gain > _ALSO * first.gain)]
-            first = replace(first, others=tuple(c.values for c in others))
-        return first, max(c.signal for c in found)
+        return (best_of(found, price), max(c.signal for c in found)) if found else (None, 0.0)
 
     with ThreadPoolExecutor(_WORKERS) as pool:
         results = list(pool.map(best, effects))

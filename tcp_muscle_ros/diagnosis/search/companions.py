@@ -10,7 +10,8 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.company import Contest, good_company, largest_share, least_of_all, least_of_rest
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.search.picking import pick
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink, turned
+from tcp_muscle_ros.diagnosis.search.refitting import shrink
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, turned
 
 _PROMISES = 2.0  # least drops, worth the time of its refits: what is found promises several times as much
 # Of what is left, an effect that none comes near takes so much that it may be less of what was missed.

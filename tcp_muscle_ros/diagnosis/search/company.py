@@ -8,17 +8,15 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, conditions, confirmation, stretches
+from tcp_muscle_ros.diagnosis.search.refitting import one_for_all, rivals_for, shrink
 from tcp_muscle_ros.diagnosis.search.rivals import (
     Rival,
     begins,
     least_drop,
     margin,
-    one_for_all,
     own,
     penalised,
     prefer,
-    rivals_for,
-    shrink,
     sound,
     times_usual,
 )

@@ -21,8 +21,9 @@ from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.unknown import LOG_SPREAD, Unknown
 from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation, held_out
+from tcp_muscle_ros.diagnosis.search.refitting import shrink
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, shrink
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array

@@ -8,16 +8,8 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen
 from tcp_muscle_ros.diagnosis.search.company import Contest, foretelling, in_place_of, share
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation
-from tcp_muscle_ros.diagnosis.search.rivals import (
-    CONTEST,
-    Rival,
-    begins,
-    least_drop,
-    penalised,
-    prefer,
-    rescored,
-    rivals_for,
-)
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import CONTEST, Rival, begins, least_drop, penalised, prefer, rescored
 
 _TRIES = 4
 

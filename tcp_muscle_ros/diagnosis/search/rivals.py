@@ -1,32 +1,25 @@
-"""Rivals: models that compete for the place of one effect, each refitted in full, and which of them is named."""
+"""Rivals: models that compete for the place of one effect, and which of them is named."""
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes_with_more
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, structures, with_noise
-from tcp_muscle_ros.diagnosis.hypothesis.problem import without_effect
 from tcp_muscle_ros.diagnosis.model.unknown import Unknown
-from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen, with_effect
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.settings.policy import Policy
 
-SHORTLIST = 6
 CONTEST = 0.2  # of the best rival's drop: rivals that close are compared once more
 _END = 1e-4  # relative
 _NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from its middle
-_PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 # What begins in so many recordings within so many s after a switch (a share of the drive's span) is no chance.
 _SEVERAL, _TOGETHER, _SWITCH = 3, 2.0, 0.05
 _RESOLVED = 0.5  # of the time from sample to sample: an instant between two is known to so much
 # Times the usual drop: what may begin and end anywhere, or differs from recording to recording; and a trace of physics.
 _ANYWHERE, _FAINTLY = 2.0, 10.0
-_CHOOSING = 0.5  # of the best drop: a rival so far is tried by its other choices too
-_HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
-_FARTHER = 4  # times these rounds, where the muscle has a long way back
 
 
 @dataclass(frozen=True)
@@ -67,144 +60,6 @@ def penalised(fitted: Fit) -> float:
     """The objective with a price on parameters of effects, so that a flexible rival does not win by flexibility."""
     count = sum('.' in u.name for u in fitted.problem.unknowns)
     return fitted.objective + fitted.problem.policy.per_parameter * count
-
-
-def grow(fitted: Fit, candidate: Candidate, rounds: int) -> Fit | None:
-    """Refit with one more effect, for so many rounds; None where the model runs away with it from every start."""
-    grown = _grown(fitted, fitted.z, candidate, rounds)
-    if candidate.begun is None:
-        return grown
-    again = _grown(fitted, candidate.begun, candidate, _FARTHER * rounds)
-    return min((f for f in (grown, again) if f is not None), key=lambda f: f.objective, default=None)
-
-
-def _grown(fitted: Fit, begun: Array, candidate: Candidate, rounds: int) -> Fit | None:
-    """Refit with one more effect, with what was unknown before begun here."""
-    own = fitted.z.size
-    tried = []
-    for start in candidate.starts():
-        problem = with_effect(fitted.problem, start)
-        z = np.concatenate([begun, problem.start()[own:]])
-        with np.errstate(over='ignore', invalid='ignore'):  # where it runs away
-            shown = problem.predictions(z)
-            misfit = float(sum(part @ part for part in problem.residuals(shown)))
-        if np.isfinite(misfit):
-            tried.append((misfit, problem, z, shown))
-    if not tried:
-        return None
-    _, problem, z, shown = min(tried, key=lambda t: t[0])
-    known = slopes_with_more(fitted, problem, z, shown) if begun is fitted.z else None
-    return fit(problem, z, rounds=rounds, tolerance=1e-5, known=known, polish=False)
-
-
-def shrink(fitted: Fit, effect: str, rounds: int = 30) -> Fit:
-    """Refit without one of the effects."""
-    problem, kept = without_effect(fitted.problem, effect)
-    known = fitted.rough_slopes
-    if known is not None:
-        known = [{name: columns[:, kept] for name, columns in mine.items()} for mine in known]
-    return fit(problem, fitted.z[kept], rounds=rounds, tolerance=1e-5, known=known)
-
-
-def rivals_for(
-    base: Fit,
-    ranked: Sequence[Candidate],
-    progress: Callable[[], None] | None,
-    most: int = SHORTLIST,
-    also: Collection[str] = (),
-) -> list[Rival]:
-    """Refit the most promising candidates on top of a fit, and those of ``also``, best first; those that soon lag
-    behind what they and others promise not to the end."""
-    promising = [c for c in ranked if c.gain > _PROMISING * ranked[0].gain][:most]
-    promising += [c for c in ranked if c.effect in also and c not in promising]
-    begun = []
-    for candidate in promising:
-        if progress:
-            progress()
-        rival = _heated(base, candidate)
-        if rival is not None:
-            begun.append((candidate, rival))
-    bare = penalised(base)
-    best = max((bare - rival.score for _, rival in begun), default=0.0)
-    found = []
-    for candidate, rival in begun:
-        # One that promises more than any has reached, and is far from it, has met a long valley.
-        if bare - rival.score >= _LAGGING * best or candidate.gain > best:
-            if progress:
-                progress()
-            rival = _to_the_end(rival)
-        found.append(rival)
-    bar = bare - _CHOOSING * max((bare - rival.score for rival in found), default=0.0)
-    found = [_best_choice(base, rival, progress) if rival.score <= bar else rival for rival in found]
-    return sorted(found, key=lambda r: r.score)
-
-
-def _heated(base: Fit, candidate: Candidate) -> Rival | None:
-    """The candidate after a few rounds; from the best of its sets, where it falls short of what it promises by
-    as much as an effect explains at least."""
-    found = []
-    for values in (candidate.values, *candidate.others):
-        start = candidate if values is candidate.values else replace(candidate, values=values, others=())
-        grown = grow(base, start, rounds=_HEAT)
-        if grown is not None:
-            found.append(Rival(candidate.effect, grown, penalised(grown)))
-            if candidate.gain - (penalised(base) - found[0].score) < base.problem.policy.least_drop:
-                break
-    return min(found, key=lambda r: r.score, default=None)
-
-
-def one_for_all(base: Fit, effect: str) -> Rival | None:
-    """The effect with one strength for all recordings, refitted on top of a fit; None where the model runs away."""
-    return _refitted(base, [c for c in Screen.of(base).candidates(effect) if not c.own], None)
-
-
-def one_for_each(base: Fit, effect: str, progress: Callable[[], None] | None) -> Rival | None:
-    """The circumstance in every recording as it was there, refitted on top of a fit; None where the model runs away."""
-    return _refitted(base, [c for c in Screen.of(base).candidates(effect) if c.own], progress)
-
-
-def _refitted(base: Fit, candidates: Sequence[Candidate], progress: Callable[[], None] | None) -> Rival | None:
-    """The most promising of these candidates, refitted."""
-    best = sorted(candidates, key=lambda c: -c.gain)[:1]
-    return next(iter(rivals_for(base, best, progress)), None)
-
-
-def _to_the_end(rival: Rival) -> Rival:
-    """The rival after as many rounds as its fit needs."""
-    head = rival.fit
-    whole = fit(head.problem, head.z, rounds=40, tolerance=1e-5, known=head.rough_slopes)
-    return Rival(rival.effect, whole, penalised(whole))
-
-
-def _best_choice(base: Fit, rival: Rival, progress: Callable[[], None] | None) -> Rival:
-    """The same effect by the choice that fits best: in linear approximation, by which it was made, choices look alike.
-
-    A choice that says which channel or stage an effect touches is plain there.
-    """
-    best, problem = rival, rival.fit.problem
-    for row in rival.definition.parameters:
-        key = f'{rival.effect}.{row.name}'
-        if not row.choices or row.spelled or row.name in (rival.definition.late or ()):
-            continue
-        for other in range(len(row.choices)):
-            if other == round(problem.parameters[key]) or (rival.definition.hidden and other == row.value):
-                continue
-            if progress:
-                progress()
-            if any(r.only and r.only[0] == row.name for r in rival.definition.parameters):
-                again = _begun_anew(base, rival.effect, key, other)
-            else:
-                changed = replace(problem, parameters=problem.parameters.replace({key: float(other)}))
-                again = fit(changed, rival.fit.z, rounds=_HEAT, tolerance=1e-5, known=rival.fit.rough_slopes)
-            if again is not None and penalised(again) < best.score:
-                best = _to_the_end(Rival(rival.effect, again, penalised(again)))
-    return best
-
-
-def _begun_anew(base: Fit, effect: str, key: str, choice: int) -> Fit | None:
-    """The effect by a choice that brings parameters of its own, refitted on top of a fit."""
-    tried = [c for c in Screen.of(base).candidates(effect) if round(c.values[key]) == choice and not c.own]
-    return grow(base, max(tried, key=lambda c: c.gain), rounds=_HEAT) if tried else None
 
 
 def begins(rival: Rival) -> bool:

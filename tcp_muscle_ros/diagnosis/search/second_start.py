@@ -13,8 +13,9 @@ from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import with_noise
 from tcp_muscle_ros.diagnosis.search.candidates import screen
+from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised, rivals_for
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised
 from tcp_muscle_ros.diagnosis.search.selection import Selection, select, select_from
 from tcp_muscle_ros.diagnosis.search.unrested import unrested
 

@@ -30,7 +30,8 @@ from tcp_muscle_ros.diagnosis.search.company import (
 from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirmation, held_out, stretches
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised, shrink
+from tcp_muscle_ros.diagnosis.search.refitting import shrink
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised
 from tcp_muscle_ros.diagnosis.search.unrested import unrested
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array

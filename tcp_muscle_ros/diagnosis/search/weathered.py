@@ -17,8 +17,9 @@ from tcp_muscle_ros.diagnosis.search.companions import allowing_for, companions,
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_all
 from tcp_muscle_ros.diagnosis.search.free_laws import HALF, LAST, excess, less
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, held_out, stretches
+from tcp_muscle_ros.diagnosis.search.refitting import one_for_each, shrink
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, one_for_each, penalised, shrink
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
 from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 
 _LAW = 0.2  # of a course (squared): more that the state foretells is a law's
