@@ -111,3 +111,18 @@ def test_under_one_load_the_stiffness_is_about_as_assumed_and_under_two_it_is_as
         assert (held == said) == trusted
         if not trusted:
             assert abs(np.log(held / NOMINAL['k0'])) < abs(np.log(said / NOMINAL['k0']))
+
+
+def test_a_muscle_of_another_make_keeps_what_one_load_tells_of_it():
+    """A coil two hundred times as stiff as assumed: held near the assumed one, it would foretell nothing any more."""
+    stiff = TRUE.replace({'k0': 5000.0, 'B': 0.1}).with_effects('hysteresis')
+    runs = [experiment(CHANNELS, current, 1.77, k, muscle=stiff) for k, current in enumerate((0.27, 0.2))]
+    fitted = in_turn(calibrate(runs, NOMINAL).fit)
+    (found,) = rivals_for(fitted, screen(fitted, ['hysteresis'])[0], None)
+    chosen = replace(select(found.fit, []), calibrated=fitted)
+    further = experiment(CHANNELS, 0.25, 1.77, 9, muscle=stiff)
+    muscle = improved_muscle(chosen)
+    assert muscle.effects == ('hysteresis',)
+    compared = replay(further, muscle, own=own_of(further, muscle))
+    for name, most in {'temperature': 0.3, 'displacement': 1e-4}.items():
+        assert compared[name].rmse < most

@@ -21,6 +21,7 @@ from tcp_muscle_ros.settings.rig import BY_EFFECT, Quantity, Rig, RigLimits, fro
 _HUNG = 12  # different loads, at most
 # Of the logarithm: how far the stiffness of one coil is from that of the next, and how far one that is held may move.
 _COIL_TO_COIL, _HELD = 0.1, 0.01
+_STEP = 0.7  # of the same: all else follows a stiffness that is moved by a factor of two
 _ONE_LOAD = 0.05  # of the load: a cell beside a weight scatters by less, and a load that differs by less tells little
 
 
@@ -49,7 +50,8 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
     Under one load only the form of the stroke over temperature tells the stiffness, and no form is quite the muscle's
     own: with an effect beside it the stiffness may be off by a factor of two while the misfit hardly knows. So it is
     the mean of what the fit says, known as well as the forms are, and of what was assumed, which holds to a tenth;
-    all else is fitted to that.
+    all else is fitted to that. A muscle may be of another make than assumed: it goes no farther than the recordings,
+    which then know, let it.
     """
     problem = final.problem
     places = [k for k, u in enumerate(problem.unknowns) if u.key == (STIFFNESS, None)]
@@ -61,11 +63,24 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
     moved = problem.policy.form * abs(float(final.z[k] - bare))
     said, assumed = float(final.covariance[k, k]) + moved**2, _COIL_TO_COIL**2
     held = (float(final.z[k]) * assumed + unknown.to_fit(unknown.start) * said) / (said + assumed)
-    z = final.z.copy()
-    z[k] = held
-    there = replace(unknown, start=unknown.from_fit(held), spread=_HELD)
+    allowed = final.objective + problem.policy.alike * max(calibrated.objective - final.objective, 0.0)
+    steps = int(np.ceil(abs(held - float(final.z[k])) / _STEP))
+    reached = final
+    for share in np.arange(1, steps + 1) / steps if steps else ():
+        near = _held_at(reached, k, float(final.z[k]) + share * (held - float(final.z[k])))
+        if near.objective > allowed:
+            break
+        reached = near
+    return reached
+
+
+def _held_at(fitted: Fit, k: int, z: float) -> Fit:
+    """The fit with one of its unknowns hardly free to move from here."""
+    problem, begun = fitted.problem, fitted.z.copy()
+    begun[k] = z
+    there = replace(problem.unknowns[k], start=problem.unknowns[k].from_fit(z), spread=_HELD)
     unknowns = (*problem.unknowns[:k], there, *problem.unknowns[k + 1 :])
-    return fit(replace(problem, unknowns=unknowns), z, rounds=30, tolerance=1e-5, known=final.rough_slopes)
+    return fit(replace(problem, unknowns=unknowns), begun, rounds=30, tolerance=1e-5, known=fitted.rough_slopes)
 
 
 def one_load(experiments: Sequence[Experiment]) -> bool:

@@ -7,6 +7,7 @@ assumed passes.
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from tcp_muscle_ros.recording.units import UNITS, unit_of
 
 _STRETCH = 5.0  # times its length, which no load draws a coil to and leaves it one
 _OTHER_MUSCLE = 100.0  # times: so far, but no farther, is another muscle from the one assumed
+_WHOLE = 150.0  # K above the room: nylon, which melts at some 220 to 260 degC, softens as the law says no farther
 _ALIKE = 0.9  # correlation from which on a channel is the model's but for a factor
 _TWINKLES = 6.0  # standard deviations of a mean of samples, within which nothing moves
 _FIRST = 0.2  # of what a factor says, and five times that: another unit explains it
@@ -85,9 +87,11 @@ def _refuse_resistance(recording: Recording, muscle: Parameters) -> None:
 def refuse_other_scale(experiment: Experiment, muscle: Parameters, recording: Recording) -> None:
     """BadInput where a channel follows the model but for a factor that no other muscle explains: a unit is wrong.
 
-    Also where the model's answer is not finite. ``recording``: what the experiment was made of.
+    Also where the model's answer is not finite. ``recording``: what the experiment was made of. Where this muscle would
+    melt under a drive that another one bears, it is compared under less.
     """
-    predicted = finite_prediction(experiment, muscle)
+    borne, heat = _borne(experiment, muscle)
+    predicted = finite_prediction(borne, muscle)
     factors = {}
     for name, observed in experiment.observed.items():
         shown = predicted[name]
@@ -97,7 +101,7 @@ def refuse_other_scale(experiment: Experiment, muscle: Parameters, recording: Re
         with np.errstate(all='ignore'):  # of what hardly moves at all the squares may vanish
             alike = float(np.corrcoef(shown, observed.value)[0, 1])
         if alike > _ALIKE:
-            factors[name] = seen / spread
+            factors[name] = seen / spread * (heat if name == 'temperature' else 1.0)
     for name, factor in factors.items():
         if 1.0 / _OTHER_MUSCLE < factor < _OTHER_MUSCLE:
             continue
@@ -107,6 +111,21 @@ def refuse_other_scale(experiment: Experiment, muscle: Parameters, recording: Re
             f'{experiment.name}: {name} moves as this muscle would under this {kind}, but {more}: '
             f'{_other_unit(recording, kind, name, factor)}; {_STATE}'
         )
+
+
+def _borne(experiment: Experiment, muscle: Parameters) -> tuple[Experiment, float]:
+    """The experiment with so much of its heat that this muscle stays whole, and which share that is; as it is where no
+    other muscle would bear it either."""
+    imposed, heat, borne = experiment.imposed, 1.0, experiment
+    while heat > 1.0 / _OTHER_MUSCLE:
+        with np.errstate(all='ignore'):
+            warm = borne.outputs(muscle, only=('fibre_temperature',)).fibre_temperature
+        if np.all(np.isfinite(warm)) and float(np.max(warm - imposed.ambient)) < _WHOLE:
+            return borne, heat
+        heat *= 0.5
+        share = heat if imposed.kind == 'power' else float(np.sqrt(heat))
+        borne = replace(experiment, imposed=replace(imposed, drive=share * imposed.drive))
+    return experiment, 1.0
 
 
 def _other_unit(recording: Recording, kind: str, name: str, factor: float) -> str:
