@@ -16,6 +16,7 @@ from tcp_muscle_ros.diagnosis.observation.between import bends, weights
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.late import Late
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.diagnosis.observation.reading import read
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array, Mask, Places
 
@@ -76,7 +77,9 @@ class Experiment:
                 shown[name] = late.seen(self.imposed, getattr(outputs, name), channel)
             else:
                 places, weights = self._read[name]
-                shown[name] = channel.averaged(np.sum(weights * getattr(outputs, name)[places], axis=1))
+                middle = np.empty(channel.time.size)
+                read(np.ascontiguousarray(getattr(outputs, name)), places, weights, middle)
+                shown[name] = channel.averaged(middle)
         return shown
 
     @cached_property

@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.observation.reading import average
 from tcp_muscle_ros.muscle.arrays import Array, Mask, Places
 
 _CONTIGUOUS = 1.5  # times the width of two blocks: what lies farther apart has a gap between
-_GROWS = 5.0  # at most, towards a step
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,14 +45,9 @@ class Observed:
         inner, first, last, width = self._bends
         if not inner.size:
             return shown
-        slope = np.diff(shown) / np.diff(self.time)
-        bend = np.zeros(shown.size)
-        bend[inner] = 2.0 * (slope[inner] - slope[inner - 1]) / (self.time[inner + 1] - self.time[inner - 1])
-        with np.errstate(divide='ignore', invalid='ignore'):
-            growth = np.nan_to_num(bend[first + 1] / bend[first + 2], nan=1.0)
-        bend[first] = bend[first + 1] * np.clip(growth, 1.0, _GROWS)
-        bend[last] = bend[last - 1]
-        return np.asarray(shown + bend * width / 24.0)
+        mean = np.empty(shown.size)
+        average(np.ascontiguousarray(shown), self.time, inner, first, last, width, np.zeros(shown.size), mean)
+        return mean
 
     @cached_property
     def _bends(self) -> tuple[Places, Places, Places, Array]:
