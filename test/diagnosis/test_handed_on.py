@@ -9,6 +9,7 @@ from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, foretelling, improved_muscle, one_load, rig_of
 from tcp_muscle_ros.diagnosis.answer.replaying import as_given, own_of, replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, with_noise
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.diagnosis.search.selection import select
@@ -126,3 +127,17 @@ def test_a_muscle_of_another_make_keeps_what_one_load_tells_of_it():
     compared = replay(further, muscle, own=own_of(further, muscle))
     for name, most in {'temperature': 0.3, 'displacement': 1e-4}.items():
         assert compared[name].rmse < most
+
+
+def test_what_is_found_in_another_channel_moves_no_stiffness_that_the_stroke_tells():
+    """A resistance that bends takes ten times what the stroke's form could lose."""
+    curved = TRUE.replace({'k0': 500.0, 'B': 0.3, 'tcr_curvature.b': 4e-5}).with_effects('tcr_curvature')
+    runs = [experiment(CHANNELS, current, 1.77, k, muscle=curved) for k, current in enumerate((0.29, 0.2))]
+    fitted = in_turn(calibrate(runs, NOMINAL).fit)
+    (found,) = rivals_for(fitted, screen(fitted, ['tcr_curvature'])[0], None)
+    final = settle_noise(found.fit)[0]
+    bare = with_noise(fitted, dict(final.problem.noise))
+    held = foretelling(final, bare)
+    assert final.objective < 0.7 * bare.objective
+    left = [f.mean_square['displacement'] ** 0.5 for f in (held, final)]
+    assert left[0] <= 1.02 * left[1]

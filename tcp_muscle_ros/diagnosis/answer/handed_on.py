@@ -21,6 +21,7 @@ from tcp_muscle_ros.settings.rig import BY_EFFECT, Quantity, Rig, RigLimits, fro
 _HUNG = 12  # different loads, at most
 # Of the logarithm: how far the stiffness of one coil is from that of the next, and how far one that is held may move.
 _COIL_TO_COIL, _HELD = 0.1, 0.01
+_HARDLY = 0.01  # of what is left of a channel: what it hardly knows
 _STEP = 0.7  # of the same: all else follows a stiffness that is moved by a factor of two
 _ONE_LOAD = 0.05  # of the load: a cell beside a weight scatters by less, and a load that differs by less tells little
 
@@ -50,8 +51,8 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
     Under one load only the form of the stroke over temperature tells the stiffness, and no form is quite the muscle's
     own: with an effect beside it the stiffness may be off by a factor of two while the misfit hardly knows. So it is
     the mean of what the fit says, known as well as the forms are, and of what was assumed, which holds to a tenth;
-    all else is fitted to that. A muscle may be of another make than assumed: it goes no farther than the recordings,
-    which then know, let it.
+    all else is fitted to that. A muscle may be of another make than assumed: it goes no farther than the recordings let
+    it, of each channel by a share of what was gained there.
     """
     problem = final.problem
     places = [k for k, u in enumerate(problem.unknowns) if u.key == (STIFFNESS, None)]
@@ -63,15 +64,22 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
     moved = problem.policy.form * abs(float(final.z[k] - bare))
     said, assumed = float(final.covariance[k, k]) + moved**2, _COIL_TO_COIL**2
     held = (float(final.z[k]) * assumed + unknown.to_fit(unknown.start) * said) / (said + assumed)
-    allowed = final.objective + problem.policy.alike * max(calibrated.objective - final.objective, 0.0)
+    missed, before = _missed(final), _missed(calibrated)
+    share = problem.policy.alike
+    allowed = {n: (1.0 + _HARDLY) * e + share * max(before[n] - e, 0.0) for n, e in missed.items()}
     steps = int(np.ceil(abs(held - float(final.z[k])) / _STEP))
     reached = final
     for share in np.arange(1, steps + 1) / steps if steps else ():
         near = _held_at(reached, k, float(final.z[k]) + share * (held - float(final.z[k])))
-        if near.objective > allowed:
+        if any(error > allowed[n] for n, error in _missed(near).items()):
             break
         reached = near
     return reached
+
+
+def _missed(fitted: Fit) -> dict[str, float]:
+    """What is left of each channel, root mean square (SI)."""
+    return {name: float(np.sqrt(square)) for name, square in fitted.mean_square.items()}
 
 
 def _held_at(fitted: Fit, k: int, z: float) -> Fit:
