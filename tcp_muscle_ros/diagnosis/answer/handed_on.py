@@ -64,13 +64,12 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
     moved = problem.policy.form * abs(float(final.z[k] - bare))
     said, assumed = float(final.covariance[k, k]) + moved**2, _COIL_TO_COIL**2
     held = (float(final.z[k]) * assumed + unknown.to_fit(unknown.start) * said) / (said + assumed)
-    missed, before = _missed(final), _missed(calibrated)
-    share = problem.policy.alike
-    allowed = {n: (1.0 + _HARDLY) * e + share * max(before[n] - e, 0.0) for n, e in missed.items()}
+    share, before = problem.policy.alike, _missed(calibrated)
+    allowed = {n: (1.0 + _HARDLY) * e + share * max(before[n] - e, 0.0) for n, e in _missed(final).items()}
     steps = int(np.ceil(abs(held - float(final.z[k])) / _STEP))
     reached = final
-    for share in np.arange(1, steps + 1) / steps if steps else ():
-        near = _held_at(reached, k, float(final.z[k]) + share * (held - float(final.z[k])))
+    for z in np.linspace(float(final.z[k]), held, steps + 1)[1:]:
+        near = _held_at(reached, k, float(z))
         if any(error > allowed[n] for n, error in _missed(near).items()):
             break
         reached = near
@@ -84,9 +83,9 @@ def _missed(fitted: Fit) -> dict[str, float]:
 
 def _held_at(fitted: Fit, k: int, z: float) -> Fit:
     """The fit with one of its unknowns hardly free to move from here."""
-    problem, begun = fitted.problem, fitted.z.copy()
+    problem, unknown, begun = fitted.problem, fitted.problem.unknowns[k], fitted.z.copy()
     begun[k] = z
-    there = replace(problem.unknowns[k], start=problem.unknowns[k].from_fit(z), spread=_HELD)
+    there = replace(unknown, start=unknown.from_fit(z), spread=_HELD)
     unknowns = (*problem.unknowns[:k], there, *problem.unknowns[k + 1 :])
     return fit(replace(problem, unknowns=unknowns), begun, rounds=30, tolerance=1e-5, known=fitted.rough_slopes)
 

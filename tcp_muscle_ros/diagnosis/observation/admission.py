@@ -14,7 +14,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.scatter import white_sigma
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.plausibility import refuse_implausible
 from tcp_muscle_ros.recording.recording import CHANNELS, Recording
@@ -90,8 +90,8 @@ def refuse_other_scale(experiment: Experiment, muscle: Parameters, recording: Re
     Also where the model's answer is not finite. ``recording``: what the experiment was made of. Where this muscle would
     melt under a drive that another one bears, it is compared under less.
     """
-    borne, heat = _borne(experiment, muscle)
-    predicted = finite_prediction(borne, muscle)
+    borne, outputs, heat = _borne(experiment, muscle)
+    predicted = _finite(borne, outputs)
     factors = {}
     for name, observed in experiment.observed.items():
         shown = predicted[name]
@@ -113,27 +113,37 @@ def refuse_other_scale(experiment: Experiment, muscle: Parameters, recording: Re
         )
 
 
-def _borne(experiment: Experiment, muscle: Parameters) -> tuple[Experiment, float]:
-    """The experiment with so much of its heat that this muscle stays whole, and which share that is; as it is where no
-    other muscle would bear it either."""
+def _borne(experiment: Experiment, muscle: Parameters) -> tuple[Experiment, Outputs, float]:
+    """The experiment with so much of its heat that this muscle stays whole, what the model shows then, and which share
+    that is; as it is where no other muscle would bear it either."""
     imposed, heat, borne = experiment.imposed, 1.0, experiment
+    outputs = whole = _outputs(borne, muscle)
     while heat > 1.0 / _OTHER_MUSCLE:
-        with np.errstate(all='ignore'):
-            warm = borne.outputs(muscle, only=('fibre_temperature',)).fibre_temperature
+        warm = outputs.fibre_temperature
         if np.all(np.isfinite(warm)) and float(np.max(warm - imposed.ambient)) < _WHOLE:
-            return borne, heat
+            return borne, outputs, heat
         heat *= 0.5
-        share = heat if imposed.kind == 'power' else float(np.sqrt(heat))
-        borne = replace(experiment, imposed=replace(imposed, drive=share * imposed.drive))
-    return experiment, 1.0
+        borne = replace(experiment, imposed=replace(imposed, drive=_drive(imposed.kind, heat) * imposed.drive))
+        outputs = _outputs(borne, muscle)
+    return experiment, whole, 1.0
+
+
+def _outputs(experiment: Experiment, muscle: Parameters) -> Outputs:
+    """What the model shows, perhaps not finite."""
+    with np.errstate(all='ignore'):
+        return experiment.outputs(muscle, only=('fibre_temperature', *experiment.observed))
+
+
+def _drive(kind: str, heat: float) -> float:
+    """How many times the drive gives so many times the heat."""
+    return heat if kind == 'power' else float(np.sqrt(heat))
 
 
 def _other_unit(recording: Recording, kind: str, name: str, factor: float) -> str:
     """Which units of the input or of a channel would explain that the channel moves so many times as much."""
-    heat = factor if kind == 'power' else float(np.sqrt(factor))
     found = [
         f'if {each} is recorded in {unit}, say --unit {each}={unit}'
-        for each, ratio in ((kind, heat), (name, 1.0 / factor))
+        for each, ratio in ((kind, _drive(kind, factor)), (name, 1.0 / factor))
         if each in recording
         for unit in _larger(recording.unit(each), each, ratio)
     ]
@@ -148,10 +158,8 @@ def _larger(taken: str, name: str, ratio: float) -> list[str]:
     return [sign + unit.name for unit in fitting if sign + unit.name != taken]
 
 
-def finite_prediction(experiment: Experiment, muscle: Parameters) -> dict[str, Array]:
+def _finite(experiment: Experiment, outputs: Outputs) -> dict[str, Array]:
     """What the model shows at the instants observed (SI, by channel). BadInput where it is not finite."""
-    with np.errstate(all='ignore'):
-        outputs = experiment.outputs(muscle, only=('fibre_temperature', *experiment.observed))
     hot = outputs.fibre_temperature
     wild = ~np.isfinite(hot)
     for name in experiment.observed:

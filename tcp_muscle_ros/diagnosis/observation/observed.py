@@ -45,8 +45,8 @@ class Observed:
         inner, first, last, width = self._bends
         if not inner.size:
             return shown
-        mean = np.empty(shown.size)
-        average(np.ascontiguousarray(shown), self.time, inner, first, last, width, np.zeros(shown.size), mean)
+        mean = np.zeros(shown.size)
+        average(np.ascontiguousarray(shown), self.time, inner, first, last, width, mean)
         return mean
 
     @cached_property

@@ -17,15 +17,13 @@ def read(value: Array, places: Places, weights: Array, shown: Array) -> None:
 
 
 @entry
-def average(
-    shown: Array, time: Array, inner: Places, first: Places, last: Places, width: Array, bend: Array, mean: Array
-) -> None:
+def average(shown: Array, time: Array, inner: Places, first: Places, last: Places, width: Array, mean: Array) -> None:
     """The ``mean`` over blocks of squared ``width`` (s^2), where this is ``shown`` in their middles, all shape (m,).
 
     They differ by a 24th of the second difference over that width. ``inner``, ``first`` and ``last`` are the places of
-    values between two others of their stretch, at its begin and at its end; ``bend``, shape (m,), holds nothing but
-    zeros, and the second differences then.
+    values between two others of their stretch, at its begin and at its end; ``mean`` holds zeros before.
     """
+    bend = mean  # each second difference stands where the mean will
     for i in inner:
         after = (shown[i + 1] - shown[i]) / (time[i + 1] - time[i])
         before = (shown[i] - shown[i - 1]) / (time[i] - time[i - 1])
