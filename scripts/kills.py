@@ -88,6 +88,7 @@ class Kills:
         self.worst: dict[str, float] = dict.fromkeys(MUST, 0.0)
         self.count: dict[str, int] = dict.fromkeys(MUST, 0)
         self.failures: list[str] = []
+        self.begun_again = 0
         self._bag = self._inquiry = 0
         (folder / 'protocol.yaml').write_text(PROTOCOL)
         rclpy.init(args=[])
@@ -219,14 +220,20 @@ class Kills:
         self.until(lambda: self.alone.last == 0.0 and time.monotonic() - moment > 0.8, 'the second muscle goes on')
         self.hold('investigation', self.alone.zero_after(moment), WATCHDOG + MARGIN)
         self.start('investigation')
-        if not self.until(self._has_recorded, 'the investigation does not go on'):
+        if not self.until(self._goes_on, 'the investigation does not go on'):
             said = (self.folder / 'investigation.txt').read_text().splitlines()
             self.failures[-1] += f' (load average {os.getloadavg()[0]:.1f}); it said: {said[-1] if said else "nothing"}'
         self.kill('investigation')
 
-    def _has_recorded(self) -> bool:
+    def _goes_on(self) -> bool:
+        """Whether it has recorded; one that discovered no muscle in time, and ended, is begun again and counted."""
         log = self.inquiry / 'log.jsonl'
-        return log.is_file() and any(json.loads(line)['step'] == 'run' for line in log.read_text().splitlines())
+        if log.is_file() and any(json.loads(line)['step'] == 'run' for line in log.read_text().splitlines()):
+            return True
+        if self.processes['investigation'].poll() is not None:
+            self.begun_again += 1
+            self.start('investigation')
+        return False
 
     def _back(self, role: str) -> None:
         self.start(role)
@@ -261,6 +268,7 @@ def document(kills: Kills, took: float) -> str:
             '|---|---|---|---|',
             *rows,
             '',
+            f'Investigations that discovered no muscle and had to be resumed once more: {kills.begun_again}.',
             *(f'- {failure}' for failure in kills.failures),
         ]
     )

@@ -22,9 +22,10 @@ REAL_TIME = ('test/nodes/', 'test/commands/test_diagnose_closed_loop.py')
 LONG = (
     'diagnosis/test_on_truth', 'proof/test_alternatives', 'commands/test_campaign', 'diagnosis/test_weathered',
     'diagnosis/test_free_laws', 'proof/test_truth', 'commands/test_diagnose_faults', 'report/test_diagnosis_report',
-    'nodes/test_runner', 'nodes/test_sim_node', 'nodes/test_many_muscles', 'nodes/test_controller_node',
-    'nodes/test_twin_adoption', 'nodes/test_kills', 'nodes/test_faults', 'nodes/test_recorder', 'nodes/test_twin_node',
-    'nodes/test_lockstep', 'commands/test_diagnose_closed_loop', 'nodes/test_tracking_nodes', 'nodes/test_robot',
+    'nodes/test_runner', 'nodes/test_kills', 'nodes/test_sim_node', 'nodes/test_many_muscles',
+    'nodes/test_controller_node', 'nodes/test_twin_adoption', 'nodes/test_faults', 'nodes/test_recorder',
+    'nodes/test_twin_node', 'nodes/test_lockstep', 'commands/test_diagnose_closed_loop', 'nodes/test_tracking_nodes',
+    'nodes/test_robot',
 )  # fmt: skip
 
 
