@@ -25,6 +25,7 @@ _WORKERS = 2
 _WEAK, _APART = 0.1, 2.5
 _CROSSED = (0.15, 0.4, 0.6, 0.85)  # shares of an output's span
 _OTHERS, _ALSO = 3, 0.4  # further sets to start from, and the share of the best one's gain that they promise at least
+_RETURNED = 2  # sets that are tried with the muscle brought back, too, where it went far
 _FAR, _HELD = 1.0, 1e-6  # of the prior's spread: what has gone far, and by how little what is held may move
 _BEGINS, _SPANS = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.88), (0.06, 0.2, 2.0)  # shares of a recording
 
@@ -45,7 +46,7 @@ class Candidate:
     gain: float
     signal: float
     own: tuple[dict[str, float], ...] = ()
-    others: tuple[dict[str, float], ...] = ()
+    others: 'tuple[Candidate, ...]' = ()
     begun: Array | None = None
     by_choice: 'tuple[Candidate, ...]' = ()
     model: Model = TCP_MUSCLE
@@ -88,7 +89,7 @@ class Candidate:
                 values=moved(values, share, of_usual),
                 own=tuple(moved(own, share, of_usual) for own in self.own),
             )
-            for values in (self.values, *self.others[:1])
+            for values in (self.values, *(other.values for other in self.others[:1]))
             for share, of_usual in ((1.0, False), (0.4, False), (0.1, False), (1.0, True), (_APART, True))
         ]
 
@@ -103,7 +104,7 @@ def best_of(found: Sequence[Candidate], price: float) -> Candidate:
     by_choice: dict[tuple[float, ...], Candidate] = {}
     for candidate in sorted(alike, key=lambda c: -c.gain):
         by_choice.setdefault(tuple(candidate.values[key] for key in choices), candidate)
-    return replace(first, others=tuple(c.values for c in others), by_choice=tuple(by_choice.values()))
+    return replace(first, others=tuple(others), by_choice=tuple(by_choice.values()))
 
 
 def with_effect(problem: Problem, candidate: Candidate) -> Problem:
@@ -295,10 +296,18 @@ def screen(
     def best(effect: str) -> tuple[Candidate | None, float]:
         if progress:
             progress()
-        found = base.candidates(effect)
+        found, returned = base.candidates(effect), []
         if other is not None:
-            found += [replace(c, gain=max(c.gain - worse, 0.0), begun=other.fit.z) for c in other.candidates(effect)]
-        return (best_of(found, price), max(c.signal for c in found)) if found else (None, 0.0)
+            returned = [replace(c, begun=other.fit.z) for c in other.candidates(effect)]
+            found += [replace(c, gain=max(c.gain - worse, 0.0)) for c in returned]
+        if not found:
+            return None, 0.0
+        first = best_of(found, price)
+        if returned and first.begun is None:
+            # From where the muscle went, a fit may not find back to where the effect is: tried if it does not.
+            best = sorted(returned, key=lambda c: -c.worth(price))[:_RETURNED]
+            first = replace(first, others=(*first.others, *best))
+        return first, max(c.signal for c in found)
 
     with ThreadPoolExecutor(_WORKERS) as pool:
         results = list(pool.map(best, effects))

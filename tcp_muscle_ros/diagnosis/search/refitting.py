@@ -92,8 +92,7 @@ def _heated(base: Fit, candidate: Candidate) -> Rival | None:
     """The candidate after a few rounds; from the best of its sets, where it falls short of what it promises by
     as much as an effect explains at least."""
     found = []
-    for values in (candidate.values, *candidate.others):
-        start = candidate if values is candidate.values else replace(candidate, values=values, others=())
+    for start in (candidate, *candidate.others):
         grown = grow(base, start, rounds=_HEAT)
         if grown is not None:
             found.append(Rival(candidate.effect, grown, penalised(grown)))

@@ -20,6 +20,7 @@ _SEVERAL, _TOGETHER, _SWITCH = 3, 2.0, 0.05
 _RESOLVED = 0.5  # of the time from sample to sample: an instant between two is known to so much
 # Times the usual drop: what may begin and end anywhere, or differs from recording to recording; and a trace of physics.
 _ANYWHERE, _FAINTLY = 2.0, 10.0
+_PLAINLY = np.log(3.0) / np.log(20.0)  # of the margin, which is odds of 20 to 1: odds of 3 to 1
 
 
 @dataclass(frozen=True)
@@ -50,10 +51,10 @@ def margin(drop: float, policy: Policy) -> float:
     return max(policy.told_apart, policy.alike * drop)
 
 
-def close_rivals(rivals: Sequence[Rival], drop: float) -> list[Rival]:
-    """Those that are not told from the best."""
+def close_rivals(rivals: Sequence[Rival], drop: float, share: float = 1.0) -> list[Rival]:
+    """Those that are not told from the best; ``share``: by so much of the margin."""
     best = min(r.score for r in rivals)
-    return [r for r in rivals if r.score - best < margin(drop, r.policy)]
+    return [r for r in rivals if r.score - best < share * margin(drop, r.policy)]
 
 
 def penalised(fitted: Fit) -> float:
@@ -158,9 +159,9 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any ever is, and
     physics as it is known would do), then what acts as it is known to and not the other way round, then what is
     expected of the fibre, then the fewest parameters. In one stage, where form decides, a form with more parameters
-    follows another's by what it may bend: it must be more than alike to win. What had to be bent as far as it goes is
-    not alike, and where another one explains more it is not among the simplest. ``bare`` is the score without any of
-    them.
+    follows another's by what it may bend: it wins where it is plainly more probable. What had to be bent as far as it
+    goes is not alike, and where another one explains more it is not among the simplest. ``bare`` is the score without
+    any of them.
     """
     best, policy = min(r.score for r in rivals), rivals[0].policy
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
@@ -186,7 +187,8 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
     first = min(close, key=order)
     stage = first.definition.stage
-    alike = [r for r in close_rivals(rivals, bare - best) if r.definition.stage == stage and not _at_its_end(r)]
+    alike = close_rivals(rivals, bare - best, _PLAINLY)
+    alike = [r for r in alike if r.definition.stage == stage and not _at_its_end(r)]
     return min([first, *alike], key=order)
 
 
