@@ -22,10 +22,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the table: a row each time, a column each channel with its unit, empty where it has no sample."""
+    """Write the table: a row each time, a column each channel with its unit, empty where it has no sample; what is
+    stated in words, in each row."""
     from tcp_muscle_ros.commands.bag_arguments import read_bags
     from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_file
-    from tcp_muscle_ros.recording.frames import aligned
+    from tcp_muscle_ros.recording.frames import aligned, stated
     from tcp_muscle_ros.recording.table_files import write_csv, write_parquet
 
     kind, given = ('csv', args.csv) if args.csv is not None else ('parquet', args.parquet)
@@ -34,6 +35,7 @@ def run(args: argparse.Namespace) -> int:
     output = writable_file(path, force=args.force, option=f'--{kind}')
     (recording,) = read_bags(args, args.bag)
     time, columns = aligned(recording)
+    columns |= stated(recording, len(time))
     with in_place_of(output) as draft:
         (write_csv if kind == 'csv' else write_parquet)(draft, time, columns)
     print(f'{output}: {len(time)} rows, time_s, {", ".join(columns)}')

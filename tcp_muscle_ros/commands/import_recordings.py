@@ -30,6 +30,7 @@ def run(args: argparse.Namespace) -> int:
     """Import all runs; nothing is written unless all of them can be read."""
     from tcp_muscle_ros.files.outputs import IMPORT_MAP, in_place_of, refuse_among, writable_folder
     from tcp_muscle_ros.recording.bag_writer import write_recording
+    from tcp_muscle_ros.recording.checks import check
     from tcp_muscle_ros.recording.csv_import import import_runs, lab_files, unclaimed
     from tcp_muscle_ros.recording.import_map import read_import_map
     from tcp_muscle_ros.recording.lab.draft_map import map_text, told_apart
@@ -55,6 +56,8 @@ def run(args: argparse.Namespace) -> int:
         print(f'{output / each.name}: {each.recording.duration:.1f} s of {channels}')
         for note in each.recording.notes:
             print(f'  note: {note}')
+        for issue in check(each.recording):
+            print(f'  check: {issue.sentence}')
     for file in unclaimed(import_map, files):
         print(f'note: {file} matches no run of {args.map} and was left out')
     print(f'{len(runs)} run(s) imported to {output}')

@@ -31,6 +31,7 @@ from tcp_muscle_ros.recording.units import UNITS
 
 _LONGEST_S = 366 * 86400.0
 LAB_KINDS = ('.csv', *KINDS)  # that are looked for in directories; a file that is named may be of any kind
+_SPREAD = '; where rows come evenly, say dt_s (s from row to row) in a map in place of time'
 _SLOWEST_S = 2.0  # from row to row, of a logger, by which the unit of its time is guessed
 
 
@@ -152,6 +153,13 @@ class _Table:
         """The cells of a column, '' where a row is shorter."""
         return [row.cells[column].strip() if column < len(row.cells) else '' for row in self.rows]
 
+    def drop_repeats(self, notes: list[str]) -> None:
+        """Leave out rows that say the same as the one before, time and all: a logger wrote them twice."""
+        kept = [row for k, row in enumerate(self.rows) if k == 0 or row.cells != self.rows[k - 1].cells]
+        if len(kept) < len(self.rows):
+            notes.append(f'{len(self.rows) - len(kept)} row(s) that repeat the one before, time and all, are left out')
+            self.rows = kept
+
     def numbers(self, column: int) -> Array:
         """A column as float64[rows], NaN where a cell has no number."""
         values = np.full(len(self.rows), np.nan)
@@ -184,6 +192,7 @@ def _recording(run: Run, table: _Table) -> Recording:
     else:
         if falls_throughout(_as_written(run.time, table, run.where)):
             table.rows.reverse()  # the newest stood first
+        table.drop_repeats(notes)
         time = _time(run.time, table, run.where)
         began = float(time[np.isfinite(time)][0])
     channels = {}
@@ -211,7 +220,7 @@ def _time(source: TimeSource, table: _Table, where: str) -> Array:
         raise BadInput(
             f'{table.at(int(known[k + 1]), column)}: time runs backwards, {after:g} s after {before:g} s'
             if after < before
-            else f'{table.at(int(known[k + 1]), column)}: time stands still at {before:g} s'
+            else f'{table.at(int(known[k + 1]), column)}: time stands still at {before:g} s{_SPREAD}'
         )
     since_first: Array = time[known] - time[known[0]]
     if len(known) > 1 and since_first[-1] > _LONGEST_S:
@@ -249,7 +258,7 @@ def _stamps(source: StampSource, table: _Table, where: str) -> Array:
     time = _as_written(source, table, where)
     known = _known(time, table, column)
     for k in np.flatnonzero(np.diff(time[known]) <= 0):
-        raise BadInput(f'{table.at(int(known[k + 1]), column)}: the time is not later than in the row before')
+        raise BadInput(f'{table.at(int(known[k + 1]), column)}: the time is not later than in the row before{_SPREAD}')
     first: Array = time - time[known[0]]
     return first
 

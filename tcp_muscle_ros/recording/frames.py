@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.recording.inputs import stated_ambient
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
 from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording, channel_kind
 from tcp_muscle_ros.recording.units import UNITS
+from tcp_muscle_ros.recording.yaml_input import number_or_none
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,6 +33,16 @@ def aligned(recording: Recording) -> tuple[Array, dict[str, Array]]:
         values[np.searchsorted(time, channel.time)] = UNITS[CHANNELS[channel.name].unit].from_si(channel.value)
         columns[column_name(channel.name)] = values
     return time, columns
+
+
+def stated(recording: Recording, rows: int) -> dict[str, Array]:
+    """By column name, the load and the room that a recording states in words and no channel has, in each row."""
+    known = {'load': number_or_none(recording.known.get('load_n')), 'ambient': stated_ambient(recording, None)}
+    return {
+        column_name(name): np.full(rows, UNITS[CHANNELS[name].unit].from_si(value))
+        for name, value in known.items()
+        if value is not None and name not in recording and not (name == 'load' and 'force' in recording)
+    }
 
 
 def to_frame(recording: Recording) -> 'pd.DataFrame':

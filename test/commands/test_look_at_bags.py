@@ -56,6 +56,17 @@ def test_what_is_exported_is_imported_again_without_a_map(bag, tmp_path, kind):
     assert main(['export', str(bag), f'--{kind}', str(table)]) == 2  # nothing is overwritten
 
 
+def test_a_load_that_is_stated_in_words_is_exported_and_what_is_odd_is_said_at_import(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = ''.join(f'{t / 10},{250 * (t > 20)},{23 + t / 20},{t / 100}\n' for t in range(100))
+    Path('run.csv').write_text('Weight: 60 g\n\ntime_s,current (A),temperature_c,displacement_mm\n' + rows)
+    assert main(['import', 'run.csv', '--output', 'lab']) == 0
+    assert '  check: current is about 250 A, which is no plausible value' in capsys.readouterr().out
+    assert main(['export', 'lab/run', '--csv', 'again.csv']) == 0
+    assert main(['import', 'again.csv', '--output', 'again']) == 0
+    np.testing.assert_allclose(read_bag('again/again')['load'].value, 0.588399)
+
+
 def test_export_is_named_after_the_bag(bag, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(['export', str(bag), '--csv']) == 0

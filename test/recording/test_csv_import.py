@@ -145,6 +145,12 @@ def test_empty_cells_are_missing_samples_and_blank_lines_are_nothing(imported):
     assert recording.notes == ('displacement: 1 of 3 rows have no number',)
 
 
+def test_rows_that_a_logger_wrote_twice_count_once(imported):
+    recording = imported('t,x\n0,1\n1,2\n1,2\n2,3\n', STROKE)['run_1']
+    assert recording['displacement'].time.tolist() == [0, 0.001, 0.002]
+    assert recording.notes == ('1 row(s) that repeat the one before, time and all, are left out',)
+
+
 def test_other_separators_and_a_byte_order_mark(imported, tmp_path):
     (tmp_path / 'run_1.csv').write_bytes('\ufefft;x\r\n0;1\r\n1;2\r\n'.encode())
     (tmp_path / 'map.yaml').write_text(STROKE + "delimiter: ';'\n")
@@ -157,7 +163,10 @@ def test_other_separators_and_a_byte_order_mark(imported, tmp_path):
     [
         ('t,x\n0,1\n1,high\n', r"run_1.csv: row 3, column 'x': 'high' is not a number"),
         ('t,x\n0,1\n\n2,3\n1,2\n', r"run_1.csv: row 5, column 't': time runs backwards, 0.001 s after 0.002 s"),
-        ('t,x\n0,1\n0,2\n', r"run_1.csv: row 3, column 't': time stands still at 0 s"),
+        (
+            't,x\n0,1\n0,2\n',
+            r"run_1.csv: row 3, column 't': time stands still at 0 s; where rows come evenly, say dt_s",
+        ),
         ('t,x\n0,1\n,2\n', r"run_1.csv: row 3, column 't': no time"),
         ('t,X\n0,1\n', r"run_1.csv: no column 'x'; did you mean 'X'.*see .*map.yaml: runs 1"),
         ('t,x\n0,\n1,\n', r"no number for channel 'displacement'"),

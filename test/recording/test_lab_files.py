@@ -282,7 +282,74 @@ def test_dates_as_a_spreadsheet_keeps_them_are_days(tmp_path):
     (run,) = lab_text(tmp_path, 'Date/Time,T (degC)', rows=rows)
     assert run.time.unit == 'd'
     (run,) = lab_text(tmp_path, 'Time,T (degC)', rows=rows)
+    assert run.time.unit == 'd'  # no logger writes 86400 rows in a second
+    (run,) = lab_text(tmp_path, 'Time,T (degC)', rows=[f'{45365 + k},{23 + k / 10}' for k in range(40)])
     assert run.time.unit == 's'
+
+
+@pytest.mark.parametrize(
+    ('first', 'step', 'unit', 'told'),
+    [
+        (0, 0.00167, 's', "'Time' has no unit; taken as s, with a row every 0.00167 s"),
+        (0, 1, 's', "'Time' has no unit; taken as s, with a row every 1 s"),
+        (0, 20, 'ms', "'Time' has no unit; taken as ms, with a row every 0.02 s"),
+        (0, 100000, 'us', "'Time' has no unit; taken as us, with a row every 0.1 s"),
+        (739589.5, 1 / 864000, 'd', None),  # as MATLAB counts
+    ],
+)
+def test_the_unit_of_a_time_is_taken_from_its_steps_and_said(tmp_path, first, step, unit, told):
+    rows = [f'{first + k * step:.12g},{23 + k / 100}' for k in range(1200)]
+    (run,) = lab_text(tmp_path, 'Time,T (degC)', rows=rows)
+    assert run.time.unit == unit
+    assert [note for note in run.notes if 'Time' in note] == ([told] if told else [])
+
+
+def test_minutes_and_seconds_pass_the_hour_and_two_bytes_begin_anew(tmp_path):
+    seconds = [3595 + 0.5 * k for k in range(40)]
+    rows = [f'{int(s // 60) % 60:02d}:{s % 60:04.1f},{23 + s / 100}' for s in seconds]
+    (run,) = lab_text(tmp_path, 'Time,T (degC)', rows=rows)
+    assert run.time.unit == 'clock' and run.layout.last == 41
+    (run,) = lab_text(tmp_path, 'ms,T (degC)', rows=[f'{(65000 + 100 * k) % 65536},{23 + k / 10}' for k in range(40)])
+    assert run.time.wraps == 65536
+    two = [f'{int(s) // 60:02d}:{s % 60:04.1f},{23 + s / 100}' for s in [*range(2400), *range(2400)]]
+    assert len(lab_text(tmp_path, 'Time,T (degC)', rows=two)) == 2  # each of 40 minutes
+
+
+def test_the_end_of_a_thermometers_range_is_no_temperature(tmp_path):
+    rows = [f'{k},{"1372.0" if 30 <= k < 34 else 23 + k / 10:.6},{1372.0 if k > 30 else 0.1 * k}' for k in range(60)]
+    (run,) = lab_text(tmp_path, 't (s),TC1 (degC),Stroke (mm)', rows=rows)
+    assert run.layout.missing == ('1372.0',)
+    still = [f'{k},{23.1 if k < 30 else 23.2},{k}' for k in range(60)]
+    assert lab_text(tmp_path, 't (s),T (degC),Stroke (mm)', rows=still)[0].layout.missing == ()
+
+
+@pytest.mark.parametrize('heading', ['AI3 (V)', 'Supply (V)'])
+def test_a_voltage_where_no_current_flows_is_not_the_muscles(tmp_path, heading):
+    rows = [f'{k},{0.2 * (k > 20)},{4.1 - 0.01 * k},{23 + k / 10}' for k in range(60)]
+    (run,) = lab_text(tmp_path, f't (s),I (A),{heading},T (degC)', rows=rows)
+    assert [column.channel for column in run.columns] == ['current', 'temperature']
+    assert f"'{heading}' is left out: it shows a voltage where no current flows" in run.notes
+    rows = [f'{k},{0.2 * (k > 20)},{2.8 * (k > 20)},{23 + k / 10}' for k in range(60)]
+    (run,) = lab_text(tmp_path, f't (s),I (A),{heading},T (degC)', rows=rows)
+    assert channel(run, 'voltage').ref.column == heading
+
+
+@pytest.mark.parametrize('heading', ['Pot (V)', 'Vout LVDT (V)', 'Potentiometer (mV)'])
+def test_what_a_displacement_sensor_puts_out_is_no_voltage_of_the_muscle(tmp_path, heading):
+    rows = [f'{k},{0.2 * (k > 20)},{2.8 * (k > 20)}' for k in range(60)]
+    (run,) = lab_text(tmp_path, f't (s),I (A),{heading}', rows=rows)
+    assert run.left_out == (heading,) and f"'{heading}' is left out: a displacement in" in run.notes[0]
+    assert meaning('Potential (V)') == Meaning('voltage', 'V')
+
+
+def test_a_load_that_nobody_states_is_said_to_be_missing(tmp_path):
+    rows = [f'{k},{0.2},{23 + k / 10}' for k in range(60)]
+    (run,) = lab_text(tmp_path, 't (s),I (A),T (degC)', rows=rows)
+    assert run.notes == (
+        'no load is stated; where one hangs on the muscle, add to columns in the map: load: {value: 60, unit: g}',
+    )
+    (run,) = lab_text(tmp_path, 'Gewicht: 60 g', '', 't (s),I (A),T (degC)', rows=rows)
+    assert run.notes == ('a load of 0.588399 N, as is written above',)
 
 
 def test_nines_that_stand_for_no_number_are_none(tmp_path):
@@ -297,6 +364,9 @@ def test_nines_that_stand_for_no_number_are_none(tmp_path):
     ('line', 'load', 'room'),
     [
         ('Belastung: 60 g', 0.588399, None),
+        ('Gewicht;60;g', 0.588399, None),
+        ('# Run 1  load = 60 g', 0.588399, None),
+        ('Muscle weight: 2 g', None, None),
         ('# suspended mass = 50 g', 0.490333, None),
         ('Masa colgada:,50 g', 0.490333, None),
         ('Massa suspensa (g);60', 0.588399, None),
@@ -350,10 +420,15 @@ def test_a_distance_of_which_nothing_tells_the_way_is_refused(tmp_path):
 def test_a_strain_without_a_length_is_left_out_and_said_to_be(tmp_path):
     heads = 'Time (s),Current (A),Strain (%)'
     (run,) = lab_text(tmp_path, heads, rows=heated(1))
-    assert "'Strain (%)' is left out: a strain in %, and the muscle's length is written nowhere" in run.notes
-    (run,) = lab_text(tmp_path, 'Length: 120 mm', '', heads, rows=heated(1))
-    (strain,) = [column for column in run.columns if column.channel == 'displacement']
-    assert (strain.unit, strain.scale) == ('m', 1.2e-3)
+    assert "'Strain (%)' is left out: a strain in %, and the muscle's length is written nowhere" in run.notes[0]
+    for line, unit, scale in (
+        ('Length: 120 mm', '%', 1.2e-3),
+        ('Muscle length: 120 mm', '%', 1.2e-3),
+        ('L0 = 120 mm', 'mm/mm', 0.12),
+    ):
+        (run,) = lab_text(tmp_path, line, '', f'Time (s),Current (A),Strain ({unit})', rows=heated(1))
+        (strain,) = [column for column in run.columns if column.channel == 'displacement']
+        assert (strain.unit, strain.scale) == ('m', scale)
 
 
 def test_milliseconds_that_begin_anew_with_each_second_are_no_runs(tmp_path):

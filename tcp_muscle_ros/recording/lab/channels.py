@@ -16,7 +16,7 @@ from tcp_muscle_ros.recording.lab.preamble import rest_length
 from tcp_muscle_ros.recording.lab.stand_ins import stand_ins
 from tcp_muscle_ros.recording.lab.times import kind_of
 from tcp_muscle_ros.recording.lab.timing import times as times_of
-from tcp_muscle_ros.recording.lab.vocabulary import SHARES
+from tcp_muscle_ros.recording.lab.vocabulary import RATIOS, SHARES
 from tcp_muscle_ros.recording.plausibility import USUAL
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array
 from tcp_muscle_ros.recording.units import UNITS
@@ -30,6 +30,7 @@ _SURE = 0.9  # of a correlation
 _LAGS = (3.0, 8.0, 20.0, 40.0)  # s
 _AWAY = 2.0  # times its span, from which on a position does not begin at its zero
 _APART = 2.0  # rows, by which two clocks come apart
+_NO_CURRENT, _A_VOLTAGE = 0.02, 0.1  # of the largest: no current, and a voltage
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,9 @@ def channels_of(
     length = rest_length(preamble)
     notes = [_unscaled(each.column) for each in found if _without_scale(each, length)]
     found = [each for each in found if not _without_scale(each, length)]
+    elsewhere = _elsewhere(found)
+    notes += [f'{each.column.ref} is left out: it shows a voltage where no current flows' for each in elsewhere]
+    found = [each for each in found if each not in elsewhere]
     clocks = _clocks(columns, time, decimal)
     chosen = {
         channel: _chosen(channel, [each for each in found if each.channel == channel], path)
@@ -113,15 +117,26 @@ def channels_of(
 
 
 def _without_scale(each: Candidate, length: float | None) -> bool:
-    """Is it a signal that nobody has scaled? A strain in % is scaled by the muscle's length."""
-    raw = each.column.meaning.raw
-    return bool(raw) and not (each.column.meaning.kind == 'strain' and raw in SHARES and length is not None)
+    """Is it a signal that nobody has scaled? A strain is scaled by the muscle's length."""
+    raw, shares = each.column.meaning.raw, (*SHARES, *RATIOS)
+    return bool(raw) and not (each.column.meaning.kind == 'strain' and raw in shares and length is not None)
+
+
+def _elsewhere(found: Sequence[Candidate]) -> list[Candidate]:
+    """The voltages that are not across the muscle: a supply or a sensor shows one where no current flows."""
+    current = next((each.rows for each in found if each.channel == 'current'), None)
+    if current is None:
+        return []
+    none = np.abs(current) <= _NO_CURRENT * float(np.nanmax(np.abs(current)))
+    voltages = [each for each in found if each.channel == 'voltage' and np.any(none & np.isfinite(each.rows))]
+    return [v for v in voltages if np.nanmedian(np.abs(v.rows[none])) > _A_VOLTAGE * np.nanmax(np.abs(v.rows))]
 
 
 def _unscaled(column: Column) -> str:
     meaning = column.meaning
     if meaning.kind == 'strain':
-        return f"{column.ref} is left out: a strain in {meaning.raw}, and the muscle's length is written nowhere"
+        told = f"{column.ref} is left out: a strain in {meaning.raw}, and the muscle's length is written nowhere"
+        return f"{told}; write it above the table, as 'L0 = 120 mm'"
     return f'{column.ref} is left out: a {meaning.kind} in {meaning.raw}, and how it is scaled is written nowhere'
 
 
@@ -132,7 +147,8 @@ def _drafted(each: Candidate, length: float | None, way: Warmth, path: Path) -> 
         unit, note = _unit(each, path)
         return DraftColumn(each.channel, ref, unit), [note] if note else []
     if kind == 'strain' and length is not None and each.column.meaning.raw:
-        unit, note, scale = 'm', f'{ref} is in {each.column.meaning.raw} of {1e3 * length:g} mm', length / 100.0
+        raw = each.column.meaning.raw
+        unit, note, scale = 'm', f'{ref} is in {raw} of {1e3 * length:g} mm', length / (1.0 if raw in RATIOS else 100.0)
     else:
         (unit, note), scale = _unit(each, path), 1.0
     notes = [note] if note else []
@@ -157,7 +173,7 @@ def _candidate(column: Column, columns: Sequence[Column], decimal: str) -> Candi
     channel = _CHANNEL_OF.get(kind, kind)
     if channel not in CHANNELS:
         return None
-    missing = stand_ins(column.cells, decimal)
+    missing = stand_ins(column.cells, decimal, kind)
     numbers = [None if cell in missing else number(cell, decimal) for cell in column.cells]
     rows = np.array([np.nan if each is None else each for each in numbers], dtype=np.float64)
     value = rows[np.isfinite(rows)]

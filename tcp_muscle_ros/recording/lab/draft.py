@@ -19,7 +19,8 @@ class ColumnRef:
 
 @dataclass(frozen=True)
 class DraftTime:
-    """A column of times: its unit, or ``clock`` or ``stamp``; what is read with it; where a counter wraps."""
+    """A column of times: its unit, or ``clock`` or ``stamp``; what is read with it; where a counter wraps; what was
+    assumed of it."""
 
     ref: ColumnRef
     unit: str
@@ -28,6 +29,7 @@ class DraftTime:
     fraction: ColumnRef | None = None
     fraction_unit: str = 's'
     wraps: float = 0.0
+    note: str = ''
 
 
 @dataclass(frozen=True)

@@ -208,9 +208,18 @@ def _run(part: Part, time: DraftTime | float, path: Path) -> DraftRun:
     missing = sorted({text for column in part.columns if column.ref in used for text in _texts(column, part.layout)})
     known: dict[str, object] = {'title': part.title} if part.title else {}
     stated, told = _stated_above(part, {column.channel for column in columns})
-    known, notes = known | stated, [*notes, *told]
+    known, notes = known | stated, [*notes, *_assumed(time), *told]
+    if 'load_n' not in known and not {'load', 'force'} & {column.channel for column in columns}:
+        notes.append(
+            'no load is stated; where one hangs on the muscle, add to columns in the map: load: {value: 60, unit: g}'
+        )
     layout = replace(part.layout, missing=tuple(missing))
     return DraftRun(part.title, layout, time, tuple(columns), known, tuple(left_out), tuple(notes))
+
+
+def _assumed(time: DraftTime | float) -> list[str]:
+    """What was taken for granted of the time."""
+    return [time.note] if isinstance(time, DraftTime) and time.note else []
 
 
 def _stated_above(part: Part, channels: set[str]) -> tuple[dict[str, object], list[str]]:
@@ -227,7 +236,7 @@ def _stated_above(part: Part, channels: set[str]) -> tuple[dict[str, object], li
 
 def _texts(column: Column, layout: Layout) -> Iterator[str]:
     """What stands in a column in place of a number."""
-    yield from stand_ins(column.cells, layout.decimal)
+    yield from stand_ins(column.cells, layout.decimal, column.meaning.kind)
     for cell in column.cells:
         if cell.lower() not in NO_NUMBER and number(cell, layout.decimal) is None:
             yield cell

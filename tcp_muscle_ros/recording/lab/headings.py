@@ -10,6 +10,7 @@ from tcp_muscle_ros.recording.lab.unit_names import unit_named
 from tcp_muscle_ros.recording.lab.vocabulary import (
     BEGINNINGS,
     MODIFIERS,
+    RATIOS,
     ROLES,
     SETTINGS,
     SHARES,
@@ -86,7 +87,7 @@ def meaning(heading: str, more: str = '', unit_cell: str = '') -> Meaning:
     commanded, of_muscle = _exactly(words, 'commanded'), _any(words, 'muscle', MODIFIERS)
     kind = _kind(words, unit)
     if unscaled and alone in _QUANTITY:
-        strain = unscaled in SHARES and _QUANTITY[alone] == 'length'
+        strain = unscaled in (*SHARES, *RATIOS) and _QUANTITY[alone] == 'length'
         return Meaning('strain' if strain else alone, None, commanded, of_muscle, unscaled)
     if unit and kind != 'fraction' and _QUANTITY.get(kind) != UNITS[unit].quantity:
         if sure and kind in _SENSED and UNITS[unit].quantity in _ELECTRICAL:

@@ -20,7 +20,7 @@ _DELTA = re.compile(r'delta_x\s+([\d.,]+(?:e[+-]?\d+)?)', re.I)  # LabVIEW, wher
 # Words that begin a line, a unit in brackets perhaps, a number, a unit perhaps.
 _STATED = re.compile(
     r'[\W_]*(?P<words>[^\W\d](?:[^\d=:;\[(<]|(?<=[LHlh])0)*)(?:[\[(<](?P<of>[^\])>]*)[\])>])?[\s=:;,~≈]*'
-    r'(?P<number>[+-]?[\d.,]+)\s*(?P<unit>[^\W\d]+|°\s?[CF])?\W*'
+    r'(?P<number>[+-]?[\d.,]+)[\s;]*(?P<unit>[^\W\d]+|°\s?[CF])?\W*'
 )
 _LENGTHS = 'length länge longueur longitud lunghezza comprimento lengte L0 H0 l0 長さ 试样长度 длина'
 _LOADS = (
@@ -28,11 +28,13 @@ _LOADS = (
     'belasting 荷重 重り 负载 负荷 нагрузка груз'
 )
 _ROOMS = 'room ambient raumtemperatur umgebungstemperatur raum ambiante ambiente kamertemperatuur 室温'
-# Of the fibre before it was coiled, of the muscle itself, of what an instrument can bear.
+# Of the fibre before it was coiled, of what an instrument can bear.
 _OF_OTHERS = (
-    'fibre fiber faser faden filament thread wire cable muscle muskel sample specimen probe cell sensor max maximum '
+    'fibre fiber faser faden filament thread wire cable cell sensor max maximum '
     'min capacity range limit pre preload vorlast'
 )
+_OF_MUSCLE = 'muscle muskel sample specimen probe'  # whose length is the muscle's, and whose weight hangs nowhere
+_WITHIN = re.compile(r'[^\W\d_]+0?(?:\s*[\[(<][^\])>]*[\])>])?\s*[=:]\s*[+-]?[\d.,]+\s*[^\W\d]*')
 _HANGS = (0.02, 50.0)  # N
 _RESTS = (0.005, 2.0)  # m
 _ROOM = (278.0, 316.0)  # K
@@ -78,7 +80,8 @@ def _stated(preamble: Sequence[Row], known: str, quantity: str, likely: tuple[fl
         found = _STATED.fullmatch(part)
         words = re.findall(r'[^\W\d_]+0?', found['words']) if found else []
         lower = {word.lower() for word in words}
-        if not found or not ({*words, *lower} & {*known.split()}) or lower & {*_OF_OTHERS.split()}:
+        others = {*_OF_OTHERS.split(), *(() if quantity == 'length' else _OF_MUSCLE.split())}
+        if not found or not ({*words, *lower} & {*known.split()}) or lower & others:
             continue
         unit, value = unit_named(found['of'] or found['unit'] or ''), _number(found['number'])
         if unit and value and UNITS[unit].quantity == quantity:
@@ -90,7 +93,8 @@ def _stated(preamble: Sequence[Row], known: str, quantity: str, likely: tuple[fl
 def _parts(row: Row) -> set[str]:
     """A line as a whole, and each thing that it states: "fs = 10 Hz, weight 100 g"."""
     line = plain(' '.join(row.cells))
-    return {line, *re.split(r'[;,]\s+', line), *map(plain, row.cells)}
+    whole = {line, *re.split(r'[;,]\s+', line), *map(plain, row.cells)}
+    return whole if any(map(_STATED.fullmatch, whole)) else whole | {*_WITHIN.findall(line)}
 
 
 def _number(text: str) -> float | None:

@@ -13,6 +13,10 @@ from tcp_muscle_ros.recording.units import UNITS
 CLOCK, STAMP, DATE = 'clock', 'stamp', 'date'
 _EPOCHS = ((1e8, 's'), (1e11, 'ms'), (1e14, 'us'), (1e17, 'ns'))  # a number of 2001 or later, in each unit
 _MOST = 200  # cells that are looked at
+_DATENUM = (7.0e5, 8.0e5)  # MATLAB's days since the year 0: 1916 to 2190
+_SERIAL = (2.5e4, 8.0e4)  # a spreadsheet's days since 1900: 1968 to 2119
+_FASTEST = {'datenum': 1e-2, 'serial': 2e-4}  # from row to row: as seconds, no logger is that quick
+_SLOW_MS, _DAY_MS = 5e3, 8.64e7  # a row every 5 s for more than a day is a counter of microseconds
 
 
 @dataclass(frozen=True)
@@ -41,17 +45,24 @@ def kind_of(cells: Sequence[str], unit: str | None, decimal: str) -> Kind | None
     written = unit or unit_in(some[0])
     if written:
         return Kind(written) if UNITS[written].quantity == 'time' else None
-    return _without_unit(numbers)
+    first = [value for cell in cells[:_MOST] if (value := number(cell, decimal)) is not None]
+    return _without_unit(numbers, float(np.median(np.abs(np.diff(first)))) if len(first) > 1 else 0.0)
 
 
-def _without_unit(numbers: Array) -> Kind:
+def _without_unit(numbers: Array, step: float) -> Kind:
+    """What a column counts, by its numbers and their ``step`` from row to row; with a note where it may be another."""
     epoch = [unit for least, unit in _EPOCHS if float(np.min(np.abs(numbers))) >= least]
     if epoch:
         return Kind(epoch[-1])
+    for (low, high), quickest in ((_DATENUM, _FASTEST['datenum']), (_SERIAL, _FASTEST['serial'])):
+        if low <= float(np.min(numbers)) and float(np.max(numbers)) <= high and 0.0 < step < quickest:
+            return Kind('d')
     whole = bool(np.all(numbers == np.round(numbers)))
-    step = float(np.median(np.abs(np.diff(numbers)))) if len(numbers) > 1 else 0.0
-    unit = 'ms' if whole and step >= 5.0 else 's'
-    return Kind(unit, note=f'the time has no unit; taken as {unit}')
+    if whole and step >= _SLOW_MS and float(np.ptp(numbers)) > _DAY_MS:
+        unit = 'us'
+    else:
+        unit = 'ms' if whole and step >= 5.0 else 's'
+    return Kind(unit, note=f'has no unit; taken as {unit}, with a row every {UNITS[unit].to_si(step):.3g} s')
 
 
 def order_of(cells: Sequence[str]) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tcp_muscle_ros.recording.lab.cells import DAY_S, clock, day, number, stamp
 from tcp_muscle_ros.recording.lab.columns import Column
@@ -15,7 +16,9 @@ from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, STAMP, Kind, kind_of
 from tcp_muscle_ros.recording.recording import Array
 from tcp_muscle_ros.recording.units import UNITS
 
-_COUNTER = 2.0**32  # at which micros() and millis() of a microcontroller begin anew
+_COUNTERS = (2.0**32, 2.0**16)  # at which micros() and millis() of a microcontroller begin anew, or two bytes of them
+_HOUR_S = 3600.0
+_NEAR = 20.0  # rows, to which where a counter begins anew must fit
 _DATED = re.compile(r'dat[eu]|fecha|日付|日期', re.I)
 _SERIAL = (25000.0, 80000.0)  # days since 1900: 1968 to 2119
 _MOST_DAYS = 60.0  # that a run lasts
@@ -34,7 +37,7 @@ def time_of(columns: Sequence[Column], preamble: Sequence[Row]) -> DraftTime | f
         best = rising[0]
         kind = kinds[best.ref]
         assert kind is not None
-        return DraftTime(best.ref, kind.unit, wraps=_wraps(best))
+        return DraftTime(best.ref, kind.unit, wraps=_wraps(best), note=f'{best.ref} {kind.note}' if kind.note else '')
     for wanted in (STAMP, CLOCK):
         for column in columns:
             kind = kinds[column.ref]
@@ -82,8 +85,13 @@ def _wraps(column: Column) -> float:
     value = np.array([each for each in map(number, column.cells) if each is not None])
     falls = np.flatnonzero(np.diff(value) < 0.0)
     step = float(np.median(np.abs(np.diff(value)))) if len(value) > 1 else 0.0
-    near = [abs(value[k + 1] + _COUNTER - value[k]) < 20.0 * step for k in falls]
-    return _COUNTER if near and all(near) else 0.0
+    return next((wraps for wraps in _COUNTERS if _goes_on(value, falls, wraps, step)), 0.0)
+
+
+def _goes_on(value: Array, falls: NDArray[np.int64], period: float, step: float) -> bool:
+    """Does what falls begin anew at the period, each time within some steps?"""
+    near = [abs(value[k + 1] + period - value[k]) < _NEAR * step for k in falls]
+    return bool(near) and all(near)
 
 
 def _with_companions(
@@ -149,8 +157,14 @@ def unwrapped(value: Array, wraps: float) -> Array:
 
 
 def past_midnight(value: Array) -> Array:
-    """Times of day that pass midnight, in s, as times that go on."""
-    return value + DAY_S * np.concatenate([[0.0], np.cumsum(np.diff(value) < -0.5 * DAY_S)])
+    """Times of day that pass midnight, in s, as times that go on; so are minutes and seconds that pass the hour."""
+    change = np.diff(value)
+    step = float(np.nanmedian(np.abs(change))) if np.any(np.isfinite(change)) else 0.0
+    hours = bool(np.nanmax(value, initial=0.0) < _HOUR_S) and _goes_on(
+        value, np.flatnonzero(change < 0.0), _HOUR_S, step
+    )
+    period = _HOUR_S if hours else DAY_S
+    return value + period * np.concatenate([[0.0], np.cumsum(change < -0.5 * period)])
 
 
 def _array(values: Sequence[float | None]) -> Array:

@@ -26,7 +26,7 @@ BEGINNINGS = {
     'displacement': (
         'disp displ stroke weg hub position pos déplac deplac spost desplaz laser encoder contraction '
         'kontraktion verfahrweg standardweg travel verkürz shorten shrink raccourc accorci acorta '
-        'desloc verplaats przemieszcz 変位 位移 収縮 변위 수축 перемещен сокращен'
+        'desloc verplaats przemieszcz potentiometer poti pot lvdt 変位 位移 収縮 변위 수축 перемещен сокращен'
     ),
     'force': (
         'force kraft effort forza fuerza loadcell standardkraft força kracht siła 張力 拉力 力 힘 장력 сила усили'
@@ -52,7 +52,7 @@ SYMBOLS = {
 WHOLE = frozenset(  # no beginnings
     [
         'air', 'amb', 'date', 'disp', 'dist', 'fecha', 'force', 'gap', 'hora', 'hub', 'last', 'mass',
-        'masse', 'moc', 'roi', 'pos', 'tc', 'tempo', 'temps', 'time', 'weg',
+        'masse', 'moc', 'roi', 'pos', 'pot', 'tc', 'tempo', 'temps', 'time', 'weg',
     ]
 )  # fmt: skip
 MODIFIERS = {
@@ -72,9 +72,11 @@ SETTINGS = frozenset(
 )
 # What stands in place of a unit where nobody has scaled what an instrument or a program shows.
 SHARES = ('%', 'percent', 'prozent')
+RATIOS = ('mm/mm', 'm/m', 'in/in')
 UNSCALED = frozenset(
     [
-        *SHARES, 'count', 'counts', 'cnt', 'cts', 'raw', 'adc', 'lsb', 'bit', 'bits', 'digit', 'digits', 'div', 'divs',
+        *SHARES, *RATIOS,
+        'count', 'counts', 'cnt', 'cts', 'raw', 'adc', 'lsb', 'bit', 'bits', 'digit', 'digits', 'div', 'divs',
         'au', 'a.u.', 'arb', 'arb.', 'step', 'steps', 'px', 'pixel', 'pixels', 'frame', 'frames', 'sample', 'samples',
         'tick', 'ticks', 'rpm', 'rad', 'bar', 'psi', 'pa', 'hpa', 'kpa', 'mpa', 'db', 'rh', '%rh', 'ε', 'µε', 'με',
         'rev', 'turns', 'umdrehungen', 'hz', 'khz',
