@@ -28,9 +28,18 @@ class _Loader(yaml.SafeLoader):
             problem = f"'{node.value}': {reason}" if isinstance(node, yaml.ScalarNode) else reason
             raise yaml.MarkedYAMLError(problem=' '.join(problem.split()), problem_mark=node.start_mark) from None
 
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
+        # PyYAML takes the last of two equal keys: of two limits, one that nobody may have meant.
+        seen = set[str]()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+                raise yaml.MarkedYAMLError(problem=f"'{key.value}' stands there twice", problem_mark=key.start_mark)
+            seen.add(key.value if isinstance(key, yaml.ScalarNode) else '')
+        return super().construct_mapping(node, deep)
+
 
 def parse(text: str) -> object:
-    """What a text says in YAML 1.1.
+    """What a text says in YAML 1.1, without a key that stands twice.
 
     Raises:
         NotYaml: it says nothing, or something without an end: an alias inside what it names.

@@ -64,6 +64,29 @@ def check_arguments(arguments: Sequence[str], name: str) -> None:
                     )
 
 
+def idle_files(arguments: Sequence[str], name: str) -> list[str]:
+    """A sentence for each ``--params-file`` of which ROS takes nothing for this node: perhaps its limits stand there.
+
+    Raises:
+        BadInput: as ``check_arguments``.
+    """
+    full_name, sentences = _full_name(arguments, name), []
+    for path in (Path(argument) for flag, argument in pairwise(arguments) if flag == '--params-file'):
+        found = parameter_file.sections(path)
+        if not any(parameter_file.fits(pattern, full_name) for pattern in found):
+            sentences.append(
+                f"{path}: nothing in it is for {full_name} ('/**:' would be); it is for {', '.join(found)}"
+            )
+    return sentences
+
+
+def _full_name(arguments: Sequence[str], name: str) -> str:
+    """The node's name in its namespace, as it is started."""
+    remapped = dict(argument.split(':=', 1) for argument in arguments if argument.startswith(('__ns:=', '__node:=')))
+    namespace = remapped.get('__ns', '').strip('/')
+    return f'/{namespace}/{remapped.get("__node", name)}' if namespace else f'/{remapped.get("__node", name)}'
+
+
 def _on_the_command_line(argument: str, name: str) -> dict[str, object]:
     key, _, text = argument.partition(':=')
     node, _, parameter = key.rpartition(':')

@@ -10,7 +10,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, descriptor, of_rclpy
 from tcp_muscle_ros.nodes.plan import Plan, naming, read_plan
-from tcp_muscle_ros.settings.operating import JOINTS, MUSCLES
+from tcp_muscle_ros.settings.operating import JOINTS, MUSCLES, shown
 
 _CLOCK = 'use_sim_time'
 _EFFECTS = "physics beside the paper's model: " + ', '.join(EFFECTS)
@@ -83,8 +83,12 @@ class _Changes:
         return SetParametersResult(successful=True)
 
     def were_made(self, parameters: list[RosParameter]) -> None:
-        """rclpy says so afterwards."""
+        """rclpy says so afterwards; what was set stands in the log."""
         for name, settings in self._made_of(parameters).items():
+            before = self._in_force[name]
+            for key in (key for key in settings if settings[key] != before[key]):
+                told = f"parameter '{f'{name}.' if name else ''}{key}' is {shown(settings[key])} now"
+                self._node.get_logger().info(f'{told}, was {shown(before[key])}')
             self._in_force[name] = settings
             self._apply(name, settings)
 

@@ -5,6 +5,7 @@ current would stay on. So the handlers are ours, and the context is the last thi
 """
 
 import gc
+import re
 import signal
 import sys
 import threading
@@ -21,7 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle.ahead import compile_ahead, is_compiled
-from tcp_muscle_ros.nodes.arguments import asks_for_help, check_arguments, refuse_leftover, usage
+from tcp_muscle_ros.nodes.arguments import asks_for_help, check_arguments, idle_files, refuse_leftover, usage
 
 _SHARE = 1e-4  # s: how long a callback may keep a tick that is due from running; Python's own 5 ms are five ticks
 _STOP = (signal.SIGINT, signal.SIGTERM)
@@ -95,7 +96,10 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None, *
         return 2
     except Exception as problem:
         if life.node is None and type(problem).__module__.startswith('rclpy.'):  # its arguments: rclpy's own words
-            print(f'{name}: {_one_line(problem)}', file=sys.stderr)
+            said = _one_line(problem)
+            unknown = re.fullmatch(r"\['(.*)'\]", said)  # rclpy says no more of it
+            told = f"argument '{unknown[1]}' is not understood; see {name} --help" if unknown else said
+            print(f'{name}: {told}', file=sys.stderr)
             return 2
         raise
     finally:
@@ -115,9 +119,12 @@ class _Life:
             signal.signal(number, self._on_signal)
 
     def _on_signal(self, *_: object) -> None:
-        first = not self._asked.is_set()
         self._asked.set()
-        if first and not self._started:
+        if not self._started:  # each time: compiled code that calls back swallows it, and goes on
+            raise _Asked
+
+    def _stop_if_asked(self) -> None:
+        if self._asked.is_set():
             raise _Asked
 
     def live(self) -> int:
@@ -130,8 +137,12 @@ class _Life:
         refuse_leftover(self._arguments, self._name)
         rclpy.init(args=self._arguments, signal_handler_options=SignalHandlerOptions.NO)
         set_logger_level('rcl', LoggingSeverity.INFO)
+        for sentence in idle_files(self._arguments, self._name):
+            get_logger(self._name).warning(sentence)
         if self._models:
-            compile_model(self._name)
+            compile_model(self._name, self._stop_if_asked)
+        if self._asked.is_set():
+            return 0
         self.node = node = self._make()
         self._callbacks = callbacks = Callbacks(node, self._asked.set)
         sys.setswitchinterval(_SHARE)
@@ -159,12 +170,20 @@ class _Life:
         rclpy.try_shutdown()
 
 
-def compile_model(name: str) -> None:
-    """Compile the model if this installation has not, and say so: nothing else happens for 15 to 40 s."""
+def compile_model(name: str, between: Callable[[], None] = lambda: None) -> None:
+    """Compile the model if this installation has not, and say so: nothing else happens for 15 to 40 s.
+
+    ``between`` its steps this is called, and may end it.
+    """
     if not is_compiled():
         log = get_logger(name)
         log.info('compiling the model for this machine, 15 to 40 s; later starts find it')
-        compile_ahead(lambda step: log.info(f'compiling, {step}'))
+
+        def step_begins(step: str) -> None:
+            between()
+            log.info(f'compiling, {step}')
+
+        compile_ahead(step_begins)
 
 
 def _one_line(problem: BaseException) -> str:

@@ -26,6 +26,7 @@ from tcp_muscle_ros.nodes.ticks import SteadyTime, TickLoop, TimeBase
 from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
 
 M = TypeVar('M', bound=SafeMuscle)
+_REMEMBERED = 25.0  # s, for which a node that was killed may still stand in the graph
 
 
 class SafeNode(Node, Generic[M]):  # type: ignore[misc]
@@ -57,6 +58,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
 
         self._changes: deque[tuple[M, Report]] = deque(maxlen=20 * len(self.muscles))
         self._missed, self._jumps = 0, 0
+        self._alone, self._namesake = time.monotonic(), False
         self._started = time.monotonic()
         self._diagnostics = self.topics.publisher(DiagnosticArray, '/diagnostics', STATE_QOS)
         self._change = self.create_guard_condition(self._tell_changes)
@@ -231,6 +233,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         log = self.get_logger()
         for muscle in self.muscles:
             muscle.look_for_commanders(self)
+        self._look_for_namesake()
         with self.lock:
             self._watch_clock()
             reports = [(muscle, muscle.safety.report()) for muscle in self.muscles]
@@ -247,6 +250,18 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         self._missed = 0 if self.loop is None else self.loop.missed
         self.look_for_unmatched()  # last: the ticks until the next look take it into what they say
 
+    def _look_for_namesake(self) -> None:
+        """Ask the graph whether another node has this one's name: two controllers, or two muscles, would fight."""
+        own = self.get_name(), self.get_namespace()
+        if sum(each == own for each in self.get_node_names_and_namespaces()) < 2:
+            self._alone = time.monotonic()
+        was, self._namesake = self._namesake, time.monotonic() - self._alone > _REMEMBERED
+        if self._namesake and not was:
+            self.get_logger().warning(f'{self._namesake_told()}; stop one of them')
+
+    def _namesake_told(self) -> str:
+        return f'another node is named {self.get_fully_qualified_name()} too'
+
     def look_for_unmatched(self) -> None:
         """Ask the graph who there is not heard, or does not hear."""
         unmatched = self.topics.mismatches()
@@ -258,7 +273,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
     def _publish_diagnostics(self, reports: Iterable[tuple[M, Report]], more: Iterable[DiagnosticStatus] = ()) -> None:
         loop = self.loop
         missed = 0 if loop is None else loop.missed
-        worries = list(self.unmatched.values())
+        worries = [*self.unmatched.values(), *([self._namesake_told()] if self._namesake else [])]
         if missed - self._missed > 0.01 * self.rate:
             worries.append('more than 1 % of the ticks missed')
         facts = {

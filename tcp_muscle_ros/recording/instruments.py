@@ -19,6 +19,7 @@ _TURNS = 0.4  # share of samples at which noise turns, at least
 _ALIKE = 0.9  # of the others differ from each other: no quantisation repeats them
 _LINE = 30.0  # times the typical line of a spectrum, in each quarter of the recording: a tone
 _SLOWEST_TONE = 0.5  # Hz
+_TURNS_OF_A_TONE = 4.0  # at least, in each quarter of the recording: less is how the muscle warms
 _DRIVEN = 10.0  # times the typical line of the drive's spectrum: then the tone is the drive's
 _SWITCHES = 3  # at least, at which a channel steps
 _SURE = 5.0  # standard errors
@@ -66,7 +67,7 @@ def _tone(channel: Channel, drive: Channel | None) -> Iterator[tuple[str, str, s
     frequency = np.fft.rfftfreq(size - 2, period)
     lines = [_spectrum(channel.value[k * size : (k + 1) * size]) for k in range(4)]
     out = np.min([line / max(float(np.median(line[1:])), 1e-300) for line in lines], axis=0)
-    out[frequency < _SLOWEST_TONE] = 0.0
+    out[frequency < max(_SLOWEST_TONE, _TURNS_OF_A_TONE / (size * period))] = 0.0
     k = int(np.argmax(out))
     if out[k] < _LINE:
         return

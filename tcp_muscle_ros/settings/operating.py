@@ -323,7 +323,8 @@ def read_value(row: Operating, value: object) -> Default:
     if kind is int and isinstance(value, float) and value.is_integer():
         value = int(value)
     if type(value) is not kind:
-        raise BadInput(f"parameter '{row.name}' is {shown(value)}; expected {_expected(row)}")
+        number = 'a number, ' if kind is float else ''
+        raise BadInput(f"parameter '{row.name}' is {shown(value)}; expected {number}{_expected(row)}")
     if isinstance(value, str):
         if row.choices and value not in row.choices:
             raise BadInput(f"parameter '{row.name}' is '{value}'{nearest(value, row.choices)}")

@@ -5,6 +5,7 @@ values. Effects' parameters may stand flat (``creep.J: 0.1``) or nested (``creep
 are in degC.
 """
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
@@ -192,6 +193,16 @@ def values_for(path: Path, node: str) -> dict[str, object]:
     Raises:
         BadInput: as ``load``, or a file without any parameters.
     """
+    fitting = [values for pattern, values in sections(path).items() if pattern.rpartition('/')[2] in ('**', '*', node)]
+    return {name: as_ros_reads(value) for values in fitting for name, value in values.items()}
+
+
+def sections(path: Path) -> dict[str, dict[str, object]]:
+    """The parameters in a file by the pattern of the nodes that they are for, as ``/finger/sim_node`` or ``/**``.
+
+    Raises:
+        BadInput: as ``load``, or a file without any parameters.
+    """
     found: dict[str, dict[str, object]] = {}
 
     def search(branch: object, pattern: str) -> None:
@@ -199,13 +210,18 @@ def values_for(path: Path, node: str) -> dict[str, object]:
             if key == 'ros__parameters' and isinstance(below, dict):
                 found[pattern] = _dotted(below)
             else:
-                search(below, f'{pattern}/{key}')
+                search(below, f'{pattern}/{str(key).strip("/")}')
 
     search(load(path), '')
     if not found:
         raise BadInput(f'{path}: no parameters; {_EXPECTED}')
-    fitting = [values for pattern, values in found.items() if pattern.rpartition('/')[2] in ('**', '*', node)]
-    return {name: as_ros_reads(value) for values in fitting for name, value in values.items()}
+    return found
+
+
+def fits(pattern: str, full_name: str) -> bool:
+    """Whether a section is for the node of this full name; ``*`` stands for one part of it, ``**`` for any."""
+    parts = [{'**': '(/[^/]+)*', '*': '/[^/]+'}.get(part, '/' + re.escape(part)) for part in pattern.split('/')[1:]]
+    return re.fullmatch(''.join(parts), full_name) is not None
 
 
 def as_ros_reads(value: object) -> object:

@@ -79,6 +79,20 @@ def complaint(key, text):
     return '' if abs(value) < 1e6 or value in (inf, -inf) or isnan(value) else f'{key} is {text}: too few digits'
 
 
+def test_two_nodes_of_one_name_say_so(bench):
+    diagnostics = bench.listen('/diagnostics', DiagnosticArray)
+    both = [bench.start('controller_node', 'namesakes') for _ in range(2)]
+
+    def said():
+        told = [s.message for _, array in diagnostics[:] for s in array.status if s.name.startswith('/namesakes/')]
+        return any('another node is named /namesakes/controller_node too' in message for message in told)
+
+    bench.until(said, 'no word of it')
+    bench.until(lambda: all('stop one of them' in node.said() for node in both), 'not in the log')
+    for node in both:
+        node.kill()
+
+
 @pytest.fixture(scope='module')
 def heard(bench):
     """node -> its latest values, of a muscle that is driven, controlled and followed, and of two on a joint."""

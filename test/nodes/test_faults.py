@@ -153,6 +153,7 @@ def test_heat_derates_then_latches_and_is_cleared_only_when_all_is_well(bench, s
         bench.until(lambda: sim.current.last.data == 0.1, 'the muscle does not work again')
     assert set_parameters(bench, '/sim/sim_node', max_temperature_c=115.0, derate_temperature_c=100.0) == ''
     assert 'fault latched, 0 A: over-temperature' in sim.program.said()
+    assert "parameter 'max_temperature_c' is 100 now, was 115" in sim.program.said()
 
 
 def set_parameters(bench, node, **values):

@@ -124,6 +124,8 @@ FILES = {
     'nan.yaml': '/**:\n  ros__parameters:\n    k0: .nan\n',
     'whole.yaml': '/**:\n  ros__parameters:\n    current_limit_a: 1\n',
     'text.yaml': '/**:\n  ros__parameters:\n    hA: warm\n',
+    'twice.yaml': '/**:\n  ros__parameters:\n    current_limit_a: 0.1\n    current_limit_a: 0.2\n',
+    'quoted.yaml': '/**:\n  ros__parameters:\n    current_limit_a: "0,1"\n',
 }
 
 
@@ -139,6 +141,9 @@ FILES = {
         ('controller_node', ['--params-file', 'misspelt.yaml'], "unknown parameter 'hA_w_per_k'"),
         ('sim_node', ['--params-file', 'nan.yaml'], "parameter 'k0' is nan; expected 0.01 to"),
         ('sim_node', ['--params-file', 'text.yaml'], "parameter 'hA' is 'warm'; expected"),
+        ('sim_node', ['--params-file', 'twice.yaml'], "in line 4, column 5: 'current_limit_a' stands there twice"),
+        ('sim_node', ['--params-file', 'quoted.yaml'], "'current_limit_a' is '0,1'; expected a number, 0 to 100 A"),
+        ('sim_node', ['foo'], "argument 'foo' is not understood; see sim_node --help"),
         (
             'controller_node',
             ['--params-file', 'whole.yaml', '-p', 'current_limit_a:=0.1'],
@@ -169,6 +174,29 @@ def test_a_process_given_a_mistake_ends_with_2_and_one_line(tmp_path, program, a
     assert ended.returncode == 2, ended.stderr
     assert line in ended.stderr
     assert ended.stderr.count('\n') == 1 and ended.stdout == '', ended.stderr
+
+
+@pytest.mark.parametrize(
+    ('section', 'more', 'idle'),
+    [
+        ('/**', [], False),
+        ('sim_node', [], False),
+        ('simnode', [], True),
+        ('/finger/sim_node', [], True),
+        ('/finger/sim_node', ['-r', '__ns:=/finger'], False),
+        ('/**/sim_node', ['-r', '__ns:=/hand/finger'], False),
+        ('/*/sim_node', ['-r', '__ns:=/hand/finger'], True),
+        ('sim_node', ['-r', '__ns:=/finger'], True),
+        ('thumb', ['-r', '__node:=thumb'], False),
+        ('controller_node', [], True),
+    ],
+)
+def test_a_file_of_which_ros_takes_nothing_is_named(tmp_path, section, more, idle):
+    from tcp_muscle_ros.nodes.arguments import idle_files
+
+    (tmp_path / 'x.yaml').write_text(f'{section}:\n  ros__parameters:\n    current_limit_a: 0.1\n')
+    told = idle_files(['sim_node', '--ros-args', '--params-file', str(tmp_path / 'x.yaml'), *more], 'sim_node')
+    assert len(told) == idle and all('nothing in it is for /' in sentence for sentence in told)
 
 
 @pytest.mark.parametrize(
