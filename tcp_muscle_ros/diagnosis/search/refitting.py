@@ -15,6 +15,7 @@ SHORTLIST = 6
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 _CHOOSING = 0.5  # of the best drop: a rival so far is tried by its other choices too
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
+_FELL_SHORT = 0.5  # of what it promises: a fit that reaches less began where the effect does nothing
 _FARTHER = 4  # times these rounds, where the muscle has a long way back
 
 
@@ -90,9 +91,12 @@ def rivals_for(
 
 def _heated(base: Fit, candidate: Candidate) -> Rival | None:
     """The candidate after a few rounds; from the best of its sets, where it falls short of what it promises by
-    as much as an effect explains at least."""
-    found = []
+    as much as an effect explains at least; with the muscle brought back, which takes longer, by most of it."""
+    found: list[Rival] = []
     for start in (candidate, *candidate.others):
+        reached = max((penalised(base) - rival.score for rival in found), default=0.0)
+        if found and start.begun is not candidate.begun and reached > _FELL_SHORT * candidate.gain:
+            break
         grown = grow(base, start, rounds=_HEAT)
         if grown is not None:
             found.append(Rival(candidate.effect, grown, penalised(grown)))
