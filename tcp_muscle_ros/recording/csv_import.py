@@ -22,8 +22,8 @@ from tcp_muscle_ros.recording.import_map import (
     TimeSource,
 )
 from tcp_muscle_ros.recording.lab.binary_file import KINDS
-from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, clock, day, is_value, number, stamp
-from tcp_muscle_ros.recording.lab.grid import Layout, joined_headings
+from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, clock, day, decimal_of, is_value, number, stamp
+from tcp_muscle_ros.recording.lab.grid import Layout, Row, joined_headings
 from tcp_muscle_ros.recording.lab.reading import grid_of
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, past_midnight, unwrapped
 from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording
@@ -118,6 +118,7 @@ class _Table:
             named = tuple(row for row in rows if row.number in layout.headings)
             self.headings, below = joined_headings(named, width), max(layout.headings, default=0)
             self.rows = [row for row in rows if row.number > below and any(map(is_value, row.cells))]
+        self._below = tuple(self.rows)
         first, last = layout.first or 0, layout.last or max(row.number for row in rows)
         self.rows = [row for row in self.rows if first <= row.number <= last]
         for heading, text in layout.only.items():
@@ -151,7 +152,7 @@ class _Table:
 
     def texts(self, column: int) -> list[str]:
         """The cells of a column, '' where a row is shorter."""
-        return [row.cells[column].strip() if column < len(row.cells) else '' for row in self.rows]
+        return _cells(self.rows, column)
 
     def drop_repeats(self, notes: list[str]) -> None:
         """Leave out rows that say the same as the one before, time and all: a logger wrote them twice."""
@@ -163,10 +164,11 @@ class _Table:
     def numbers(self, column: int) -> Array:
         """A column as float64[rows], NaN where a cell has no number."""
         values = np.full(len(self.rows), np.nan)
+        decimal = decimal_of(_cells(self._below, column), self.layout.decimal)
         for k, cell in enumerate(self.texts(column)):
             if cell.lower() in NO_NUMBER or cell in self.layout.missing:
                 continue
-            value = number(cell, self.layout.decimal)
+            value = number(cell, decimal)
             if value is None:
                 raise BadInput(f"{self.at(k, column)}: '{cell}' is not a number")
             values[k] = value
@@ -176,6 +178,10 @@ class _Table:
         """Where a cell is."""
         heading = self.headings[column] if column < len(self.headings) else str(column)
         return f"{self.path}: row {self.rows[k].number}, column '{heading}'"
+
+
+def _cells(rows: Sequence[Row], column: int) -> list[str]:
+    return [row.cells[column].strip() if column < len(row.cells) else '' for row in rows]
 
 
 def _recording(run: Run, table: _Table) -> Recording:

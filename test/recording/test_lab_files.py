@@ -15,7 +15,7 @@ from recording.labs.check import LEFT_OUT, UNKNOWN, imported, wrong, wrong_by_an
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.import_map import read_import_map
-from tcp_muscle_ros.recording.lab.cells import clock, number, stamp
+from tcp_muscle_ros.recording.lab.cells import clock, decimal_of, number, stamp
 from tcp_muscle_ros.recording.lab.guess import guess
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
 from tcp_muscle_ros.tool import main
@@ -435,3 +435,56 @@ def test_milliseconds_that_begin_anew_with_each_second_are_no_runs(tmp_path):
     rows = [f'2024/05/01 10:00:{k // 5:02d},{200 * (k % 5)},{23 + 0.1 * k:.1f}' for k in range(60)]
     (run,) = lab_text(tmp_path, 'Date Time,ms,Temperature (°C)', rows=rows)
     assert run.time.unit == 'stamp' and run.time.fraction.column == 'ms'
+
+
+@pytest.mark.parametrize(
+    ('cells', 'usual', 'decimal'),
+    [
+        (('0,100', '1,200'), '.', ','),  # no group of thousands begins with a zero
+        (('-0,031', '23,035'), '.', ','),
+        (('1,200', '23,035'), '.', '.'),
+        (('1,200', '23,035'), ',', ','),
+        (('1,200', '1,200.5'), ',', '.'),
+        (('13.993', '14.004'), ',', '.'),  # no commas in the column
+        (('900', '1.000'), ',', ','),  # thousands, for less stands without
+        (('0.900', '1.000'), ',', '.'),
+        (('14,25', '13.9930', '14.0'), '.', ','),  # such points read beside decimal commas too
+        (('14,25', '13.993', '14.0'), '.', '.'),
+        (('', 'OL'), ',', ','),
+    ],
+)
+def test_the_decimal_mark_of_a_column_is_that_which_its_cells_show_or_that_of_its_file(cells, usual, decimal):
+    assert decimal_of(cells, usual) == decimal
+
+
+def test_one_value_below_one_makes_the_commas_of_a_file_decimal_ones(tmp_path):
+    rows = [f'"{k},000","{0.2 * (k > 20):.3f}","{23 + k / 10:.3f}"'.replace('.', ',') for k in range(1, 40)]
+    path = tmp_path / 'run.csv'
+    path.write_text('\n'.join(['"Zeit [s]","Strom [A]","Temp [°C]"', *rows]) + '\n', encoding='utf-8')
+    (recording,) = imported(path, tmp_path)
+    assert recording['temperature'].time[-1] == 38.0
+    assert recording['temperature'].value[0] == pytest.approx(273.15 + 23.1)
+
+
+def test_columns_with_decimal_commas_stand_beside_such_with_points(tmp_path):
+    rows = [f'{k / 10:.1f};{13.993 + k / 1000:.3f};{f"{23 + k / 10:.2f}".replace(".", ",")}' for k in range(40)]
+    path = tmp_path / 'run.csv'
+    path.write_text('\n'.join(['t (s);R (ohm);T (degC)', *rows]) + '\n')
+    (recording,) = imported(path, tmp_path)
+    first = [recording[name].value[0] for name in ('resistance', 'temperature')]
+    assert first == pytest.approx([13.993, 296.15]) and recording['resistance'].time[-1] == pytest.approx(3.9)
+
+
+def test_a_number_of_a_spreadsheet_is_one_beside_texts_with_decimal_commas(tmp_path):
+    openpyxl = pytest.importorskip('openpyxl', reason="needs the extra 'labs'")
+    book = openpyxl.Workbook()
+    for row in (['t [s]', 'R [ohm]'], *([k, 13.993 if k % 2 else '14,25'] for k in range(20))):
+        book.active.append(row)
+    book.save(tmp_path / 'mixed.xlsx')
+    (recording,) = imported(tmp_path / 'mixed.xlsx', tmp_path)
+    assert list(recording['resistance'].value[:2]) == [14.25, 13.993]
+
+
+def test_a_column_that_does_not_read_is_left_out_and_said_to_be(tmp_path):
+    (run,) = lab_text(tmp_path, 't (s),I (A),T (degC)', rows=[f'{k},0.2,warm' for k in range(20)])
+    assert "'T (degC)' is left out: 0 of its 20 cells are numbers, for example 'warm' is none" in run.notes

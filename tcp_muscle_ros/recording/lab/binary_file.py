@@ -1,6 +1,7 @@
 """Spreadsheets (.xlsx), MATLAB files (.mat, version 7 and older) and Parquet as rows of text cells."""
 
 import datetime
+import re
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -42,7 +43,8 @@ def _text(value: object) -> str:
     if isinstance(value, bool | np.bool_):
         return str(int(value))
     if isinstance(value, float | np.floating):
-        return repr(float(value)) if np.isfinite(value) else ''
+        text = repr(float(value)) if np.isfinite(value) else ''
+        return f'{text}0' if re.fullmatch(r'-?\d+\.\d{3}', text) else text  # 1.2340: no thousands beside any text
     if isinstance(value, np.datetime64):
         return str(value).replace('T', ' ')
     if isinstance(value, datetime.datetime):

@@ -1,6 +1,8 @@
 """What a cell says: a number, a time of day, a date, or nothing."""
 
 import re
+from collections import Counter
+from collections.abc import Iterable
 from datetime import date
 
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
@@ -13,7 +15,11 @@ NO_NUMBER = frozenset({'', 'nan', '-nan', 'na', 'n/a', '#n/a', 'null', 'none', '
 
 _NUMBER = re.compile(r'([+-]?\s*(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?')
 _POINT = re.compile(r'[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?')
-_THOUSANDS = {'.': re.compile(r'[+-]?\d{1,3}(,\d{3})+(\.\d*)?'), ',': re.compile(r'[+-]?\d{1,3}(\.\d{3})+(,\d*)?')}
+# No group of thousands begins with a zero: 0,100 is a tenth.
+_THOUSANDS = {
+    '.': re.compile(r'[+-]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?'),
+    ',': re.compile(r'[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?'),
+}
 _GROUPED = re.compile(r"[+-]?\d{1,3}([’'\u00a0\u2009\u202f]\d{3})+(?!\d)")  # Swiss, or with narrow spaces
 _HALF = r'(?:\s*([AaPp])\.?(?:\s*[Mm]\.?)?)?'  # AM, a.m., 'p. m.'
 _CLOCK = re.compile(rf'(?:(\d+):)?(\d{{1,2}}):(\d{{1,2}}(?:[.,:]\d+)?){_HALF}')
@@ -26,7 +32,8 @@ _STAMP = re.compile(
 def number(cell: str, decimal: str = '.') -> float | None:
     """The number in a cell, None where it is none. A known unit may follow it; thousands may be separated.
 
-    With a unit in brackets, as `101 (C)`, it is a heading.
+    With a unit in brackets, as `101 (C)`, it is a heading. A point that parts no thousands is a decimal one beside
+    decimal commas too.
     """
     cell = cell.replace('\u2212', '-')
     if grouped := _GROUPED.match(cell):
@@ -37,9 +44,33 @@ def number(cell: str, decimal: str = '.') -> float | None:
     digits = found[1].replace(' ', '')
     if _THOUSANDS[decimal].fullmatch(digits):
         digits = digits.replace(',' if decimal == '.' else '.', '')
-    if decimal == ',':
+    if decimal == ',' and ',' in digits:
         digits = digits.replace('.', ' ').replace(',', '.')
     return float(digits) if _POINT.fullmatch(digits) else None
+
+
+def decimal_in(cell: str) -> str | None:
+    """The decimal mark that a cell shows by itself; None where it has none, or could have either, as 1,234."""
+    point, comma = number(cell), number(cell, ',')
+    if point == comma:
+        return '.' if point is not None and '.' in cell else None
+    return ',' if point is None else '.' if comma is None else None
+
+
+def decimal_of(cells: Iterable[str], usual: str) -> str:
+    """The decimal mark of a column; ``usual`` is that of its file, which counts where no cell of the column shows one.
+
+    Where 1.234 could have either, points are those of thousands only if smaller numbers stand beside it without.
+    """
+    written = [cell for cell in cells if cell]
+    told = Counter(map(decimal_in, written))
+    if told[',']:
+        points = [(value, number(cell, ',')) for cell in written if (value := number(cell)) is not None]
+        return ',' if told[','] > told['.'] or all(value == same for value, same in points) else '.'
+    if told['.']:
+        return '.'
+    numbers = [cell for cell in written if number(cell, usual) is not None]
+    return '.' if numbers and all('.' in cell for cell in numbers) else usual
 
 
 def unit_in(cell: str) -> str | None:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.recording.lab.cells import number
+from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, number
 from tcp_muscle_ros.recording.lab.columns import Column
 from tcp_muscle_ros.recording.lab.draft import DraftColumn, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Row
@@ -56,12 +56,11 @@ class Warmth:
         drives: Sequence[Candidate],
         columns: Sequence[Column],
         time: DraftTime | float,
-        decimal: str,
     ) -> None:
         self._warm = [] if thermometer is None else [thermometer.rows]
         if not self._warm and drives:
             rows = drives[0].rows
-            at = time * np.arange(len(rows)) if isinstance(time, float) else times_of(columns, time, decimal)
+            at = time * np.arange(len(rows)) if isinstance(time, float) else times_of(columns, time)
             step = float(np.nanmedian(np.diff(at))) if len(at) > 1 else 0.0
             with np.errstate(all='ignore'):
                 heat = np.nan_to_num(rows) ** (1 if drives[0].channel == 'power' else 2)
@@ -84,25 +83,26 @@ def _correlation(a: Array, b: Array) -> float:
 
 
 def channels_of(
-    columns: Sequence[Column], time: DraftTime | float, decimal: str, preamble: Sequence[Row], path: Path
+    columns: Sequence[Column], time: DraftTime | float, preamble: Sequence[Row], path: Path
 ) -> tuple[list[DraftColumn], list[str], list[str]]:
     """The channels of a table, the headings that are left out, and what was assumed.
 
     BadInput: several columns could be one channel, or the unit or the sign of one cannot be told.
     """
-    found = [each for column in columns if (each := _candidate(column, columns, decimal)) is not None]
+    found = [each for column in columns if (each := _candidate(column, columns)) is not None]
     length = rest_length(preamble)
-    notes = [_unscaled(each.column) for each in found if _without_scale(each, length)]
+    notes = [_unread(column) for column in columns if _channel_of(column) and _numbers(column) is None]
+    notes += [_unscaled(each.column) for each in found if _without_scale(each, length)]
     found = [each for each in found if not _without_scale(each, length)]
     elsewhere = _elsewhere(found)
     notes += [f'{each.column.ref} is left out: it shows a voltage where no current flows' for each in elsewhere]
     found = [each for each in found if each not in elsewhere]
-    clocks = _clocks(columns, time, decimal)
+    clocks = _clocks(columns, time)
     chosen = {
         channel: _chosen(channel, [each for each in found if each.channel == channel], path)
         for channel in dict.fromkeys(each.channel for each in found)
     }
-    way = Warmth(chosen.get('temperature'), [chosen[name] for name in DRIVES if name in chosen], columns, time, decimal)
+    way = Warmth(chosen.get('temperature'), [chosen[name] for name in DRIVES if name in chosen], columns, time)
     drafts = []
     for channel, each in chosen.items():
         draft, more = _drafted(each, length, way, path)
@@ -168,17 +168,33 @@ def _drafted(each: Candidate, length: float | None, way: Warmth, path: Path) -> 
     return DraftColumn(each.channel, ref, unit, -1 if falls else 1, scale, away or kind == 'distance'), notes
 
 
-def _candidate(column: Column, columns: Sequence[Column], decimal: str) -> Candidate | None:
+def _channel_of(column: Column) -> str:
+    """The channel that the heading names, '' where it names none."""
     kind = column.meaning.kind
     channel = _CHANNEL_OF.get(kind, kind)
-    if channel not in CHANNELS:
+    return channel if channel in CHANNELS else ''
+
+
+def _numbers(column: Column) -> Array | None:
+    """The numbers of a column without those that stand for none; None where there are too few."""
+    missing = stand_ins(column.cells, column.decimal, column.meaning.kind)
+    rows = np.where([cell in missing for cell in column.cells], np.nan, column.numbers())
+    return rows if np.count_nonzero(np.isfinite(rows)) >= max(_FEWEST * len(rows), 2) else None
+
+
+def _unread(column: Column) -> str:
+    """Why a column is no channel although its heading names one."""
+    odd = [c for c in column.cells if c.lower() not in NO_NUMBER and number(c, column.decimal) is None]
+    example = f", for example '{odd[0]}' is none" if odd else ''
+    count = np.count_nonzero(np.isfinite(column.numbers()))
+    return f'{column.ref} is left out: {count} of its {len(column.cells)} cells are numbers{example}'
+
+
+def _candidate(column: Column, columns: Sequence[Column]) -> Candidate | None:
+    channel, rows = _channel_of(column), _numbers(column)
+    if not channel or rows is None:
         return None
-    missing = stand_ins(column.cells, decimal, kind)
-    numbers = [None if cell in missing else number(cell, decimal) for cell in column.cells]
-    rows = np.array([np.nan if each is None else each for each in numbers], dtype=np.float64)
     value = rows[np.isfinite(rows)]
-    if len(value) < max(_FEWEST * len(column.cells), 2):
-        return None
     if column.meaning.commanded and channel in _COMMANDED:
         channel = _COMMANDED[channel]
     measured = any(other.meaning.kind == 'force' for other in columns)
@@ -233,31 +249,30 @@ def _would_do(channel: str, value: Array) -> bool:
     return channel not in ('temperature', 'ambient') or _ROOM[0] <= float(np.min(value)) <= _ROOM[1]
 
 
-def _clocks(columns: Sequence[Column], time: DraftTime | float, decimal: str) -> dict[int, DraftTime]:
+def _clocks(columns: Sequence[Column], time: DraftTime | float) -> dict[int, DraftTime]:
     """Which columns have a clock of their own: a second column of times stands before them."""
     if not isinstance(time, DraftTime):
         return {}
     found: dict[int, DraftTime] = {}
     own: DraftTime | None = None
     first = next(column.heading for column in columns if column.ref == time.ref)
-    at = times_of(columns, time, decimal)
+    at = times_of(columns, time)
     for column in columns:
         if column.ref in (time.ref, time.date, time.fraction):
             continue
-        kind = kind_of(column.cells, column.meaning.unit, decimal) if column.meaning.kind == 'time' else None
+        kind = kind_of(column.cells, column.meaning.unit, column.decimal) if column.meaning.kind == 'time' else None
         if column.heading == first:
             own = DraftTime(column.ref, kind.unit) if kind is not None else None
-        elif kind is not None and kind.unit in UNITS and _is_another_clock(column, kind.unit, at, decimal):
+        elif kind is not None and kind.unit in UNITS and _is_another_clock(column, kind.unit, at):
             own = DraftTime(column.ref, kind.unit)
         elif own is not None:
             found[column.index] = own
     return found
 
 
-def _is_another_clock(column: Column, unit: str, at: Array, decimal: str) -> bool:
+def _is_another_clock(column: Column, unit: str, at: Array) -> bool:
     """Does it run on from row to row, but not with the time of the table (as a camera's beside a logger's)?"""
-    numbers = [number(cell, decimal) for cell in column.cells]
-    own = UNITS[unit].to_si(np.array([np.nan if each is None else each for each in numbers], dtype=np.float64))
+    own = UNITS[unit].to_si(column.numbers())
     both = np.isfinite(own) & np.isfinite(at)
     if np.count_nonzero(both) < 3 or np.any(np.diff(own[both]) <= 0.0):
         return False

@@ -4,24 +4,34 @@ import re
 from collections import Counter
 from dataclasses import dataclass
 
+import numpy as np
+
+from tcp_muscle_ros.recording.lab.cells import decimal_of, number
 from tcp_muscle_ros.recording.lab.draft import ColumnRef
 from tcp_muscle_ros.recording.lab.grid import Layout, Row
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
 from tcp_muscle_ros.recording.lab.tables import Table
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
+from tcp_muscle_ros.recording.recording import Array
 
 _NUMBERED = re.compile(r'([^\W\d_]+)(\d+)')  # CH1, ROI2
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column: where it is, what stands above it, its cells."""
+    """One column: where it is, what stands above it, its cells, and the decimal mark of its numbers."""
 
     index: int
     heading: str
     ref: ColumnRef
     meaning: Meaning
     cells: tuple[str, ...]
+    decimal: str = '.'
+
+    def numbers(self) -> Array:
+        """Its numbers as float64[rows], NaN where a cell is none."""
+        found = [number(cell, self.decimal) for cell in self.cells]
+        return np.array([np.nan if each is None else each for each in found], dtype=np.float64)
 
 
 def columns_of(table: Table, layout: Layout) -> list[Column]:
@@ -36,7 +46,9 @@ def columns_of(table: Table, layout: Layout) -> list[Column]:
         ref = ColumnRef(k) if by_index else ColumnRef(heading, seen[heading] if repeats[heading] > 1 else None)
         shown = scope.get(k, heading)
         unit = table.units[k] or _unit_row(table, k) or _unit_column(table, k)
-        found.append(Column(k, shown, ref, meaning(shown, _more(table, shown), unit), tuple(table.column(k))))
+        cells = tuple(table.column(k))
+        means = meaning(shown, _more(table, shown), unit)
+        found.append(Column(k, shown, ref, means, cells, decimal_of(cells, layout.decimal)))
     return found
 
 

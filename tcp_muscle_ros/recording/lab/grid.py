@@ -32,7 +32,7 @@ class Layout:
     encoding   of a text file
     delimiter  ',', ';', a tab ...; ``spaces`` for any run of spaces, ``pairs`` for ``name:value``, ``json`` for one
                object a line
-    decimal    '.' or ','
+    decimal    '.' or ',': of columns whose cells do not show their own, as 1,234
     headings   the numbers of the rows that name the columns; None for the first row that is not empty
     first      the number of the first row of the data; None for the one below the headings
     last       that of the last one; None for the end

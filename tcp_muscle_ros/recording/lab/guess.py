@@ -86,8 +86,8 @@ def _goes_on(before: Table, after: Table, sheet: LabSheet) -> bool:
     time = time_of(columns, before.preamble)
     if not isinstance(time, DraftTime):
         return False
-    first = times(columns, time, sheet.layout.decimal)
-    second = times(columns_of(after, sheet.layout), time, sheet.layout.decimal)
+    first = times(columns, time)
+    second = times(columns_of(after, sheet.layout), time)
     return bool(0.0 < second[0] - first[-1] <= _GAP * np.median(np.diff(first)))
 
 
@@ -166,7 +166,7 @@ def _runs(part: Part, path: Path) -> Iterator[DraftRun]:
 
 def _forwards(part: Part, time: DraftTime) -> Part:
     """The rows from the oldest to the newest, where a logger writes the newest first."""
-    at = times(part.columns, time, part.layout.decimal)
+    at = times(part.columns, time)
     if not falls_throughout(at):
         return part
     return replace(
@@ -178,7 +178,7 @@ def _forwards(part: Part, time: DraftTime) -> Part:
 
 def _stretches(part: Part, time: DraftTime, path: Path) -> list[tuple[int, int]]:
     """Rows [first, last) through which the time goes on; it begins anew where it falls back to where it began."""
-    at = times(part.columns, time, part.layout.decimal)
+    at = times(part.columns, time)
     known = np.flatnonzero(np.isfinite(at))
     if not len(known):
         raise BadInput(f'{path}: {time.ref} has no time in it')
@@ -198,14 +198,14 @@ def _stretches(part: Part, time: DraftTime, path: Path) -> list[tuple[int, int]]
 
 
 def _run(part: Part, time: DraftTime | float, path: Path) -> DraftRun:
-    columns, left_out, notes = channels_of(part.columns, time, part.layout.decimal, part.table.preamble, path)
+    columns, left_out, notes = channels_of(part.columns, time, part.table.preamble, path)
     if not columns:
         raise BadInput(
             f'{path}: no column of a muscle: none of {_list(part.columns)} is a current, power, voltage, '
             f'temperature, resistance, displacement or force by its heading or unit; {_HELP}'
         )
     used = {column.ref for column in columns}
-    missing = sorted({text for column in part.columns if column.ref in used for text in _texts(column, part.layout)})
+    missing = sorted({text for column in part.columns if column.ref in used for text in _texts(column)})
     known: dict[str, object] = {'title': part.title} if part.title else {}
     stated, told = _stated_above(part, {column.channel for column in columns})
     known, notes = known | stated, [*notes, *_assumed(time), *told]
@@ -234,11 +234,11 @@ def _stated_above(part: Part, channels: set[str]) -> tuple[dict[str, object], li
     return known, [f'{said[name].format(value)}, as is written above' for name, value in known.items()]
 
 
-def _texts(column: Column, layout: Layout) -> Iterator[str]:
+def _texts(column: Column) -> Iterator[str]:
     """What stands in a column in place of a number."""
-    yield from stand_ins(column.cells, layout.decimal, column.meaning.kind)
+    yield from stand_ins(column.cells, column.decimal, column.meaning.kind)
     for cell in column.cells:
-        if cell.lower() not in NO_NUMBER and number(cell, layout.decimal) is None:
+        if cell.lower() not in NO_NUMBER and number(cell, column.decimal) is None:
             yield cell
 
 

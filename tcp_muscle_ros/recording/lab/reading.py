@@ -1,12 +1,14 @@
 """Any lab file as sheets of cells: how it is encoded and separated is told from its content, or given."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.recording.lab.binary_file import KINDS, read_sheets
-from tcp_muscle_ros.recording.lab.cells import number
+from tcp_muscle_ros.recording.lab.cells import decimal_in, number
 from tcp_muscle_ros.recording.lab.grid import Grid, Layout
 from tcp_muscle_ros.recording.lab.long_form import LongForm, long_form_of, wide
 from tcp_muscle_ros.recording.lab.text_file import encoding_of, read_grid, read_lines, separator_of
@@ -62,12 +64,15 @@ def with_decimal(layout: Layout, grid: Grid) -> Layout:
 
 
 def _decimal(grid: Grid, separator: str) -> str:
-    """A comma where more cells are numbers with it than with a point."""
-    counts: Counter[str] = Counter()
-    for row in grid.rows:
-        for cell in row.cells:
-            if ',' in cell and number(cell, ',') is not None and not (separator == ',' and number(cell) is not None):
-                counts[','] += 1
-            elif '.' in cell and number(cell) is not None:
-                counts['.'] += 1
-    return ',' if counts[','] > counts['.'] else '.'
+    """A comma where that of a column is one; columns with points may stand beside it."""
+    columns = zip_longest(*(row.cells for row in grid.rows), fillvalue='')
+    return ',' if any(_has_commas(column, separator) for column in columns) else '.'
+
+
+def _has_commas(column: Sequence[str], separator: str) -> bool:
+    """Are there more decimal commas than points? 1,234 may have one where commas separate no cells."""
+    counts: Counter[str | None] = Counter()
+    for cell in column:
+        either = separator != ',' and ',' in cell and number(cell, ',') is not None
+        counts[',' if either else decimal_in(cell)] += 1
+    return counts[','] > counts['.']

@@ -50,7 +50,7 @@ def _kind(column: Column) -> Kind | None:
     """How the cells tell the time. A column without a heading may only be a clock or a stamp."""
     if column.meaning.kind not in ('time', '', 'index'):
         return None
-    kind = kind_of(column.cells, column.meaning.unit, '.' if not any(',' in c for c in column.cells) else ',')
+    kind = kind_of(column.cells, column.meaning.unit, column.decimal)
     if kind is not None and kind.unit in UNITS and column.meaning.kind != 'time':
         return None
     return Kind('d') if kind is not None and kind.unit == 's' and _counts_days(column) else kind
@@ -60,29 +60,26 @@ def _counts_days(column: Column) -> bool:
     """Are dates written as a spreadsheet keeps them, in days since 1900 (45365.375)?"""
     if column.meaning.unit is not None or not _DATED.search(column.heading):
         return False
-    values = [each for each in (number(cell) or number(cell, ',') for cell in column.cells) if each is not None]
+    values = _finite(column)
     dates = all(_SERIAL[0] <= value <= _SERIAL[1] for value in values)
-    return dates and bool(values) and abs(values[-1] - values[0]) < _MOST_DAYS
+    return dates and len(values) > 0 and abs(values[-1] - values[0]) < _MOST_DAYS
 
 
 def _begins_anew(column: Column) -> bool:
     """Is it a part of a second, that begins anew with each?"""
-    values = [each for each in map(number, column.cells) if each is not None]
+    values = _finite(column)
     anew = sum(after < before for before, after in pairwise(values))
     return anew > 1 and all(0.0 <= value < 1000.0 for value in values)
 
 
 def _rises(column: Column) -> bool:
     """Does it mostly grow, as a time does and a fraction of a second does not?"""
-    found = [number(cell, decimal) for cell in column.cells for decimal in ('.',) if cell]
-    value = np.array([each for each in found if each is not None])
-    if len(value) < 0.5 * len(found):
-        value = np.array([each for each in (number(cell, ',') for cell in column.cells) if each is not None])
+    value = _finite(column)
     return len(value) > 1 and float(np.mean(np.diff(value) > 0.0)) > 0.6
 
 
 def _wraps(column: Column) -> float:
-    value = np.array([each for each in map(number, column.cells) if each is not None])
+    value = _finite(column)
     falls = np.flatnonzero(np.diff(value) < 0.0)
     step = float(np.median(np.abs(np.diff(value)))) if len(value) > 1 else 0.0
     return next((wraps for wraps in _COUNTERS if _goes_on(value, falls, wraps, step)), 0.0)
@@ -108,7 +105,7 @@ def _with_companions(
     for other in columns:
         if other is column or other.meaning.kind in ('index', 'run'):
             continue
-        values = [each for each in map(number, other.cells) if each is not None]
+        values = _finite(other)
         named = other.meaning.kind == 'fraction' or (other.meaning.kind == 'time' and other.meaning.unit == 'ms')
         if named and len(values) == len(other.cells) and all(0.0 <= value < 1000.0 for value in values):
             unit = other.meaning.unit if other.meaning.unit == 'ms' else 's'
@@ -125,21 +122,19 @@ def _increment(columns: Sequence[Column], preamble: Sequence[Row]) -> float | No
     return None
 
 
-def times(columns: Sequence[Column], time: DraftTime, decimal: str) -> Array:
+def times(columns: Sequence[Column], time: DraftTime) -> Array:
     """The time of each row as it is written, in s; NaN where there is none. A clock that passes midnight goes on."""
-    cells = {column.ref: column.cells for column in columns}
-    own = cells[time.ref]
+    by_ref = {column.ref: column for column in columns}
+    own = by_ref[time.ref]
     if time.unit in UNITS:
-        return UNITS[time.unit].to_si(unwrapped(_array([number(cell, decimal) for cell in own]), time.wraps))
-    value = _array([clock(cell) if time.unit == CLOCK else stamp(cell, time.order) for cell in own])
+        return UNITS[time.unit].to_si(unwrapped(own.numbers(), time.wraps))
+    value = _array([clock(cell) if time.unit == CLOCK else stamp(cell, time.order) for cell in own.cells])
     if time.date is not None:
-        value = value + _array([day(cell, time.order) for cell in cells[time.date]])
+        value = value + _array([day(cell, time.order) for cell in by_ref[time.date].cells])
     elif time.unit == CLOCK:
         value = past_midnight(value)
     if time.fraction is not None:
-        value = value + UNITS[time.fraction_unit].to_si(
-            _array([number(cell, decimal) for cell in cells[time.fraction]])
-        )
+        value = value + UNITS[time.fraction_unit].to_si(by_ref[time.fraction].numbers())
     return value
 
 
@@ -165,6 +160,12 @@ def past_midnight(value: Array) -> Array:
     )
     period = _HOUR_S if hours else DAY_S
     return value + period * np.concatenate([[0.0], np.cumsum(change < -0.5 * period)])
+
+
+def _finite(column: Column) -> Array:
+    """The numbers of a column, without the cells that are none."""
+    value = column.numbers()
+    return value[np.isfinite(value)]
 
 
 def _array(values: Sequence[float | None]) -> Array:
