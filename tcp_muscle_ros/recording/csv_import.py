@@ -1,6 +1,7 @@
 """A lab's files as recordings, as an import map says."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
@@ -24,7 +25,9 @@ from tcp_muscle_ros.recording.import_map import (
 from tcp_muscle_ros.recording.lab.binary_file import KINDS
 from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, clock, day, decimal_of, is_value, number, stamp
 from tcp_muscle_ros.recording.lab.grid import Layout, Row, joined_headings
+from tcp_muscle_ros.recording.lab.heading_lines import misfit
 from tcp_muscle_ros.recording.lab.reading import grid_of
+from tcp_muscle_ros.recording.lab.text_file import SPACES
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, past_midnight, unwrapped
 from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
@@ -135,6 +138,9 @@ class _Table:
                     f'{self.path}: no column {source.column}, it has {len(self.headings)} (counted from 0); see {where}'
                 )
             return source.column
+        ((width, _),) = Counter(len(row.cells) for row in self.rows).most_common(1)
+        if self.layout.delimiter == SPACES and (wrong := misfit(self.headings, width)):
+            raise BadInput(f'{self.path}: {wrong}; or say columns by their indices, counted from 0; see {where}')
         at = [k for k, heading in enumerate(self.headings) if heading == source.column.strip()]
         if not at:
             raise BadInput(

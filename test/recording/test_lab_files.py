@@ -14,6 +14,7 @@ from recording.labs.check import LEFT_OUT, UNKNOWN, imported, wrong, wrong_by_an
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.csv_import import import_runs
 from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.recording.lab.cells import clock, decimal_of, number, stamp
 from tcp_muscle_ros.recording.lab.guess import guess
@@ -488,3 +489,69 @@ def test_a_number_of_a_spreadsheet_is_one_beside_texts_with_decimal_commas(tmp_p
 def test_a_column_that_does_not_read_is_left_out_and_said_to_be(tmp_path):
     (run,) = lab_text(tmp_path, 't (s),I (A),T (degC)', rows=[f'{k},0.2,warm' for k in range(20)])
     assert "'T (degC)' is left out: 0 of its 20 cells are numbers, for example 'warm' is none" in run.notes
+
+
+@pytest.mark.parametrize(
+    'heads',
+    [
+        'Time (s)   Current (A)   Temp (C)',
+        'Time (s) Current (A) Temp (C)',
+        'Time (s) Heater current (A) Coil temp (C)',
+        'Time (s)    Heater current    Coil temp (C)',
+        '"Time (s)" "Current (A)" "Temp (C)"',
+        '% Time_s Current_A Temp_C',
+    ],
+)
+def test_headings_with_spaces_stand_over_their_columns(tmp_path, heads):
+    (run,) = lab_text(tmp_path, heads, rows=[f'  {k / 10:.1f}     0.200    {23 + k / 100:.2f}' for k in range(20)])
+    assert [(each.channel, each.unit) for each in run.columns] == [('current', 'A'), ('temperature', 'degC')]
+
+
+def test_headings_that_fit_the_columns_in_no_way_are_refused(tmp_path):
+    rows = [f'{k} 0.2 {23 + k / 100:.2f}' for k in range(20)]
+    with pytest.raises(BadInput, match='4 headings stand over 3 columns'):
+        lab_text(tmp_path, 'Time Heater current Temp', rows=rows)
+    keys = {'table': {'delimiter': 'spaces'}, 'time': {'column': 'Time'}}
+    with pytest.raises(BadInput, match='4 headings stand over 3 columns'):
+        by_map(tmp_path, {**keys, 'columns': {'temperature': {'column': 'Temp'}}})
+    keys['time'] = {'column': 0}
+    assert len(by_map(tmp_path, {**keys, 'columns': {'temperature': {'column': 2}}})['temperature']) == 20
+
+
+def by_map(tmp_path, keys):
+    """The run.csv there as a map says."""
+    path = tmp_path / 'map.yaml'
+    path.write_text(json.dumps({**keys, 'runs': [{'file': 'run.csv'}]}))
+    (found,) = import_runs(read_import_map(path), [tmp_path / 'run.csv'])
+    return found.recording
+
+
+@pytest.mark.parametrize('separator', [' ', '\t', ','])
+def test_a_column_of_row_numbers_may_have_no_heading(tmp_path, separator):
+    heads = separator.join(['"time_s"', '"current_A"', '"temp_C"'])
+    rows = [separator.join([f'"{k + 1}"', f'{k / 10}', '0.2', f'{23 + k / 100}']) for k in range(20)]
+    path = tmp_path / 'run.csv'
+    path.write_text('\n'.join([heads, *rows]) + '\n')
+    (recording,) = imported(path, tmp_path)
+    assert recording['current'].value[0] == 0.2 and recording['temperature'].time[-1] == pytest.approx(1.9)
+
+
+def test_spaces_in_a_stamp_or_a_heading_separate_nothing_where_tabs_do(tmp_path):
+    rows = [f'12/3/2024 11:59:{k:02d}.500 PM\t{73 + k / 10}\t0.2' for k in range(40)]
+    path = tmp_path / 'run.csv'
+    path.write_text('\n'.join(['Time stamp\tCoil temp (Deg F)\tHeater I (A)', *rows]) + '\n')
+    (recording,) = imported(path, tmp_path)
+    assert recording['current'].value[0] == 0.2 and recording['temperature'].time[-1] == 39.0
+
+
+@pytest.mark.parametrize('line', ['% columns: t, I_mA, T_C', '# t_s: t; I_mA; T_C', '% Spalten: t I_mA T_C'])
+@pytest.mark.parametrize('separator', ['\t', ',', ' '])
+def test_a_comment_may_name_the_columns(tmp_path, line, separator):
+    rows = [separator.join([f'{k / 10}', '200', f'{23 + k / 100}']) for k in range(20)]
+    path = tmp_path / 'run.csv'
+    path.write_text('\n'.join(['% Test 4', line, '', *rows]) + '\n')
+    (recording,) = imported(path, tmp_path)
+    assert recording['current'].value[0] == 0.2 and recording['temperature'].time[-1] == pytest.approx(1.9)
+    path.write_text('\n'.join([line, 't (s),I (A),T (degC)'.replace(',', separator), *rows]) + '\n')
+    (recording,) = imported(path, tmp_path)
+    assert recording['current'].value[0] == 200.0  # the headings straight above count

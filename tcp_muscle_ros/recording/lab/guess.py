@@ -14,10 +14,12 @@ from tcp_muscle_ros.recording.lab.channels import channels_of
 from tcp_muscle_ros.recording.lab.columns import Column, columns_of
 from tcp_muscle_ros.recording.lab.draft import DraftRun, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Layout
+from tcp_muscle_ros.recording.lab.heading_lines import misfit
 from tcp_muscle_ros.recording.lab.preamble import hanging_load, room_temperature
 from tcp_muscle_ros.recording.lab.reading import LabSheet, sheets_of
 from tcp_muscle_ros.recording.lab.stand_ins import stand_ins
 from tcp_muscle_ros.recording.lab.tables import SHARE, Table, find_tables
+from tcp_muscle_ros.recording.lab.text_file import SPACES
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, time_of, times
 from tcp_muscle_ros.recording.lab.vocabulary import ROLES
 from tcp_muscle_ros.recording.units import UNITS
@@ -108,6 +110,7 @@ def _parts(table: Table, layout: Layout, path: Path) -> Iterator[Part]:
             f'{path}: no headings above row {table.rows[0].number}, so its {len(columns)} columns could be anything; '
             "expected a row as 'Time (s),Temperature (°C),Current (A)'"
         )
+    _refuse_shifted(columns, layout, path)
     starts = [k for k, column in enumerate(columns) if column.heading and column.heading == _first_time(columns)]
     groups = [columns[a:b] for a, b in pairwise([*starts, len(columns)])]
     names = [tuple(column.heading for column in group if column.heading) for group in groups]
@@ -116,6 +119,13 @@ def _parts(table: Table, layout: Layout, path: Path) -> Iterator[Part]:
             yield Part(table, tuple(group), layout, table.titles[group[0].index])
     else:
         yield from _by_name(Part(table, tuple(columns), layout))
+
+
+def _refuse_shifted(columns: Sequence[Column], layout: Layout, path: Path) -> None:
+    """BadInput where spaces part more or fewer headings than columns, so that they stand over others than their own."""
+    width = max((column.index + 1 for column in columns if any(column.cells)), default=0)
+    if layout.delimiter == SPACES and (wrong := misfit([column.heading for column in columns], width)):
+        raise BadInput(f'{path}: {wrong}')
 
 
 def _first_time(columns: Sequence[Column]) -> str:

@@ -127,10 +127,10 @@ def _headings(rows: Sequence[Row], filled: frozenset[int]) -> tuple[Row, ...]:
 
 
 def _names_more(rows: Sequence[Row], row: Row, filled: frozenset[int]) -> bool:
-    """Does the row above name every column too, in words (a scope's channel, then what it measures)?"""
+    """Does the row above name the same columns too, in words (a scope's channel, then what it measures)?"""
     at = rows.index(row)
-    above = rows[at - 1].cells if at else ()
-    return all(k < len(above) and above[k] and not is_value(above[k]) for k in filled)
+    above, named = (frozenset(k for k, cell in enumerate(each.cells) if cell) for each in (rows[max(at - 1, 0)], row))
+    return at > 0 and filled <= above == named and not any(is_value(rows[at - 1].cells[k]) for k in filled)
 
 
 def _numbers(row: Row, columns: frozenset[int]) -> int:

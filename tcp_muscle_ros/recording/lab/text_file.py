@@ -13,6 +13,7 @@ from pathlib import Path
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.lab.cells import is_value, number
 from tcp_muscle_ros.recording.lab.grid import Grid, Row
+from tcp_muscle_ros.recording.lab.heading_lines import with_fitting_headings, words_of
 from tcp_muscle_ros.recording.lab.headings import known_words
 
 SPACES, PAIRS, JSON = 'spaces', 'pairs', 'json'
@@ -27,7 +28,6 @@ _OLD_ENCODINGS = ('cp1252', 'cp932', 'gb18030', 'cp949', 'cp1251', 'cp1250', 'la
 _PAIR = re.compile(r'([^\W\d][^:=,;|\t]*?)\s*[:=]\s*([+-]?(?:\d[\d.]*|\.\d+)(?:[eE][+-]?\d+)?|nan)(?=[\s,;|]|$)')
 # The stamp that a serial monitor puts before each line.
 _MONITOR = re.compile(r'(\d{1,2}:\d{2}:\d{2}[.,]\d+)\s*->\s?')
-_WORD = re.compile(r'[^\s(\[]*[(\[][^)\]]*[)\]]\S*|\S+')  # '(DEG C)' is one
 _ENOUGH = 400  # lines, to tell the separator from
 
 
@@ -76,7 +76,14 @@ def separator_of(lines: list[str]) -> str:
         return JSON
     if some and sum(_is_pairs(line) for line in some) > 0.5 * len(some):
         return PAIRS
-    return max(_SEPARATORS, key=lambda separator: _score(some, separator))
+    best = max(_SEPARATORS, key=lambda separator: _score(some, separator))
+    return '\t' if best == SPACES and _are_tabbed(some) else best
+
+
+def _are_tabbed(lines: list[str]) -> bool:
+    """Do tabs alone part the cells well? Then the spaces are within cells, as in a date with its time of day."""
+    rows = [row.cells for row in _split(lines, '\t') if len(row.cells) > 1]
+    return sum(all(is_value(cell) for cell in row if cell) for row in rows) > 0.5 * len(lines)
 
 
 def _is_pairs(line: str) -> bool:
@@ -104,16 +111,14 @@ def read_grid(path: Path, encoding: str, separator: str) -> Grid:
     rows = list(_split(lines, separator))
     if torn and len(rows) > 2 and len(rows[-1].cells) < len(rows[-2].cells):
         rows.pop()
-    return Grid(tuple(rows))
+    return Grid(tuple(with_fitting_headings(rows, lines, separator == SPACES)))
 
 
 def _split(lines: list[str], separator: str) -> Iterator[Row]:
     monitored = sum(bool(_MONITOR.match(line)) for line in lines) > 0.5 * len(lines)
     if separator == SPACES:
         for k, line in enumerate(lines, 1):
-            bare = line.lstrip('#% ')
-            words = _WORD.findall(bare) if '(' in bare or '[' in bare else bare.split()
-            yield Row(k, _monitored(words, line, monitored))
+            yield Row(k, _monitored(words_of(line.lstrip('#% ')), line, monitored))
         return
     reader = csv.reader(io.StringIO('\n'.join(lines)), delimiter=separator, skipinitialspace=True)
     for cells in reader:
