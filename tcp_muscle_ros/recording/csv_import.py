@@ -114,7 +114,9 @@ class _Table:
         rows = [row for row in grid_of(path, layout).rows if not row.blank]
         if len(rows) < 2:
             raise BadInput(f'{path}: no data: expected a row of headings and rows of numbers')
-        if layout.headings is None:
+        if layout.headings is None and all(is_value(cell) for cell in rows[0].cells if cell):
+            self.headings, self.rows = [''] * len(rows[0].cells), rows  # no headings, and none is lost
+        elif layout.headings is None:
             self.headings, self.rows = list(rows[0].cells), rows[1:]
         else:
             width = max(len(row.cells) for row in rows)

@@ -555,3 +555,38 @@ def test_a_comment_may_name_the_columns(tmp_path, line, separator):
     path.write_text('\n'.join([line, 't (s),I (A),T (degC)'.replace(',', separator), *rows]) + '\n')
     (recording,) = imported(path, tmp_path)
     assert recording['current'].value[0] == 200.0  # the headings straight above count
+
+
+def test_the_unit_straight_after_each_number_is_that_of_its_column(tmp_path):
+    pairs = [f't={100 * k}ms T={73 + k / 10:.1f}F i=200mA' for k in range(20)]
+    table = [f'{100 * k}ms,{73 + k / 10:.1f}F,200mA' for k in range(20)]
+    for lines, rows in ((['Booting...'], pairs), (['t,T,i'], table)):
+        (run,) = lab_text(tmp_path, *lines, rows=rows)
+        assert run.time.unit == 'ms'
+        assert {each.channel: each.unit for each in run.columns} == {'temperature': 'degF', 'current': 'mA'}
+
+
+def test_objects_in_json_objects_are_named_after_both(tmp_path):
+    rows = [{'t_s': k / 2, 'sensors': {'temp_c': 23 + k / 10}, 'drive': {'i': {'ma': 200}}} for k in range(20)]
+    (run,) = lab_text(tmp_path, rows=map(json.dumps, rows))
+    assert [str(each.ref) for each in run.columns] == ["'sensors.temp_c'", "'drive.i.ma'"]
+
+
+def test_a_map_by_index_loses_no_row_of_a_file_without_headings(tmp_path):
+    (tmp_path / 'run.csv').write_text(''.join(f'{k},{23 + k}\n' for k in range(9)))
+    keys = {'time': {'column': 0}, 'columns': {'temperature': {'column': 1, 'unit': 'degC'}}}
+    for table in ({}, {'headings': []}):
+        assert list(by_map(tmp_path, {**keys, 'table': table})['temperature'].value[[0, -1]]) == [296.15, 304.15]
+
+
+def test_a_line_of_dashes_below_the_headings_is_no_part_of_them(tmp_path):
+    rows = [f'{k}\t{23 + k / 10}\t0.3\t0.2' for k in range(20)]
+    (run,) = lab_text(tmp_path, 'Time\tT\tIset\tImeas', '(s)\t(C)\t(A)\t(A)', '----\t----\t----\t----', rows=rows)
+    assert [(each.channel, str(each.ref)) for each in run.columns] == [
+        ('temperature', "'T'"), ('current_command', "'Iset'"), ('current', "'Imeas'")
+    ]  # fmt: skip
+
+
+def test_a_temperature_that_was_asked_for_is_none_that_was_measured(tmp_path):
+    (run,) = lab_text(tmp_path, 't (s),Tset (C),T (C),Isoll (A)', rows=[f'{k},50,{23 + k},0.2' for k in range(20)])
+    assert [str(each.ref) for each in run.columns] == ["'T (C)'", "'Isoll (A)'"] and run.left_out == ('Tset (C)',)

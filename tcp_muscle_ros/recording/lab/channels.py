@@ -195,7 +195,9 @@ def _candidate(column: Column, columns: Sequence[Column]) -> Candidate | None:
     if not channel or rows is None:
         return None
     value = rows[np.isfinite(rows)]
-    if column.meaning.commanded and channel in _COMMANDED:
+    if column.meaning.commanded:
+        if channel not in _COMMANDED:
+            return None  # what was asked for; only what was measured counts
         channel = _COMMANDED[channel]
     measured = any(other.meaning.kind == 'force' for other in columns)
     if channel == 'load' and not measured and np.ptp(value) > _STEADY * float(np.max(np.abs(value))):

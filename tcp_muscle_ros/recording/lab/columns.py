@@ -2,11 +2,12 @@
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from tcp_muscle_ros.recording.lab.cells import decimal_of, number
+from tcp_muscle_ros.recording.lab.cells import decimal_of, number, unit_in
 from tcp_muscle_ros.recording.lab.draft import ColumnRef
 from tcp_muscle_ros.recording.lab.grid import Layout, Row
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
@@ -45,8 +46,8 @@ def columns_of(table: Table, layout: Layout) -> list[Column]:
         by_index = not heading or k in scope
         ref = ColumnRef(k) if by_index else ColumnRef(heading, seen[heading] if repeats[heading] > 1 else None)
         shown = scope.get(k, heading)
-        unit = table.units[k] or _unit_row(table, k) or _unit_column(table, k)
         cells = tuple(table.column(k))
+        unit = table.units[k] or _unit_row(table, k) or _unit_column(table, k) or _unit_of(cells)
         means = meaning(shown, _more(table, shown), unit)
         found.append(Column(k, shown, ref, means, cells, decimal_of(cells, layout.decimal)))
     return found
@@ -80,6 +81,12 @@ def _unit_column(table: Table, k: int) -> str:
     texts = set(table.column(k + 1)) - {''}
     only = texts.pop() if len(texts) == 1 else ''
     return only if unit_named(only) else ''
+
+
+def _unit_of(cells: Sequence[str]) -> str:
+    """The unit that follows each of the numbers straight away, as in 23.03C."""
+    units = {unit_in(cell) for cell in cells if number(cell) is not None or number(cell, ',') is not None}
+    return (units.pop() or '') if len(units) == 1 else ''
 
 
 def _scope(table: Table) -> dict[int, str]:

@@ -9,6 +9,7 @@ from itertools import pairwise
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
 from tcp_muscle_ros.recording.lab.vocabulary import (
     BEGINNINGS,
+    MEASURED,
     MODIFIERS,
     RATIOS,
     ROLES,
@@ -136,7 +137,14 @@ def _split(heading: str) -> tuple[str, str | None, int]:
 def _words(text: str) -> list[str]:
     """Words of letters; a symbol keeps its case, a word its lower one is compared by. 'Troom' is 'T room'."""
     words = re.findall(r'[^\W\d_]+', re.sub(r'(?<=[a-zä-ü])(?=[A-Z][a-z])', ' ', text))
-    return [part for word in words for part in (('T', word[1:]) if _is_temperature_of(word) else (word,))]
+    return [part for word in words for part in (_parts(word) or (word,))]
+
+
+def _parts(word: str) -> tuple[str, str] | None:
+    """A symbol and what stands straight after it, as in Iset and Tcoil; None for any other word."""
+    symbols = {symbol for known in SYMBOLS.values() for symbol in known.split()}
+    said = word[1:].lower() in MODIFIERS['commanded'].split() or word[1:].lower() in MEASURED
+    return (word[0], word[1:]) if (word[0] in symbols and said) or _is_temperature_of(word) else None
 
 
 def _is_temperature_of(word: str) -> bool:

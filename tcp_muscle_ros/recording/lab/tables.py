@@ -1,5 +1,6 @@
 """Where the tables of numbers stand in a sheet: their headings above them, and what is written before."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from tcp_muscle_ros.recording.lab.unit_names import unit_named
 _LEAST = 3  # rows of numbers that make a table
 SHARE = 0.2  # of the longest, that another table of the sheet has
 _MOST_HEADINGS = 3  # rows
+_RULE = re.compile(r'[-=_–—+*~]{2,}')
 _SAMPLE = 300  # rows, to tell what most rows are like
 
 
@@ -98,7 +100,7 @@ def _table(grid: Grid, first: int, last: int, end: int, before: Table | None) ->
         return Table(grid.sheet, rows, *kept)
     names = [row for row in above if not _is_units(row)] or list(above)
     units = [row for row in above if _is_units(row)]
-    upper = first - len(above)
+    upper = grid.rows.index(above[0], end) if above else first
     titles = grid.rows[upper - 1].cells if above and upper > end else ()
     return Table(
         grid.sheet,
@@ -115,7 +117,7 @@ def _headings(rows: Sequence[Row], filled: frozenset[int]) -> tuple[Row, ...]:
     """The rows straight above a table that name most of its columns, at most three."""
     found: list[Row] = []
     for row in reversed(rows):
-        if row.blank and not found:
+        if (row.blank and not found) or _is_ruled(row):
             continue
         named = frozenset(k for k, cell in enumerate(row.cells) if cell) & filled
         if len(found) == _MOST_HEADINGS or 5 * len(named) < 3 * len(filled) or _numbers(row, named) > 0.34 * len(named):
@@ -128,9 +130,15 @@ def _headings(rows: Sequence[Row], filled: frozenset[int]) -> tuple[Row, ...]:
 
 def _names_more(rows: Sequence[Row], row: Row, filled: frozenset[int]) -> bool:
     """Does the row above name the same columns too, in words (a scope's channel, then what it measures)?"""
+    rows = [each for each in rows if not _is_ruled(each)]
     at = rows.index(row)
     above, named = (frozenset(k for k, cell in enumerate(each.cells) if cell) for each in (rows[max(at - 1, 0)], row))
     return at > 0 and filled <= above == named and not any(is_value(rows[at - 1].cells[k]) for k in filled)
+
+
+def _is_ruled(row: Row) -> bool:
+    """Is it a line drawn with signs between headings and numbers?"""
+    return not row.blank and all(_RULE.fullmatch(cell) for cell in row.cells if cell)
 
 
 def _numbers(row: Row, columns: frozenset[int]) -> int:

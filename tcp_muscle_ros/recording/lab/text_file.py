@@ -25,7 +25,10 @@ _BINARY = {
     b'\xd0\xcf\x11\xe0': 'a file of an old Excel (.xls); save it as .xlsx or CSV',
 }
 _OLD_ENCODINGS = ('cp1252', 'cp932', 'gb18030', 'cp949', 'cp1251', 'cp1250', 'latin-1')
-_PAIR = re.compile(r'([^\W\d][^:=,;|\t]*?)\s*[:=]\s*([+-]?(?:\d[\d.]*|\.\d+)(?:[eE][+-]?\d+)?|nan)(?=[\s,;|]|$)')
+_PAIR = re.compile(  # the number with what stands straight after it: its unit
+    r'([^\W\d][^:=,;|\t]*?)\s*[:=]\s*'
+    r'((?:[+-]?(?:\d[\d.]*|\.\d+)(?:[eE][+-]?\d+)?|nan)(?:[^\W\d]|[°%])*)(?=[\s,;|]|$)'
+)
 # The stamp that a serial monitor puts before each line.
 _MONITOR = re.compile(r'(\d{1,2}:\d{2}:\d{2}[.,]\d+)\s*->\s?')
 _ENOUGH = 400  # lines, to tell the separator from
@@ -152,7 +155,7 @@ def _whole(lines: list[str]) -> list[dict[str, object]]:
     except (ValueError, RecursionError):
         return []
     if isinstance(found, dict):
-        columns = {str(key): value for key, value in found.items() if isinstance(value, list)}
+        columns = {key: value for key, value in _flat(found) if isinstance(value, list)}
         found = [dict(zip(columns, row, strict=True)) for row in zip_longest(*columns.values())]
     return [row for row in found if isinstance(row, dict)]
 
@@ -174,7 +177,16 @@ def _objects(lines: list[str], path: Path) -> Iterator[tuple[int, dict[str, str]
 
 
 def _texts(row: Mapping[str, object]) -> dict[str, str]:
-    return {str(key): '' if value is None else str(value) for key, value in row.items()}
+    return {key: '' if value is None else str(value) for key, value in _flat(row)}
+
+
+def _flat(row: Mapping[str, object], within: str = '') -> Iterator[tuple[str, object]]:
+    """The values of an object and of the objects in it, by names as sensors.temp_c."""
+    for key, value in row.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f'{within}{key}.')
+        else:
+            yield f'{within}{key}', value
 
 
 def _named(rows: Iterator[tuple[int, dict[str, str]]]) -> Iterator[Row]:

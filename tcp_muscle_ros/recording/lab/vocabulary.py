@@ -61,6 +61,7 @@ MODIFIERS = {
         'muscle muskel coil wire draht drahttemp specimen fibre fiber sample probe tcp tca muscolo fil yarn 糸 筋肉'
     ),
 }
+MEASURED = frozenset(['meas', 'measured', 'actual'])
 ROLES = {
     'index': 'index no nr number sample scan sequence 番号 point n lfd frame row id',
     'run': 'run trial versuch test experiment series serie lauf repeat rep essai prova 試行',
