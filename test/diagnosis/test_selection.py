@@ -215,9 +215,9 @@ def test_unseen_data_are_asked_where_physics_acts_and_for_a_sensor_everywhere(so
 
 def test_of_two_forms_that_are_alike_the_simpler_is_named(softened):
     flexible = as_rival(softened, 'latent_heat', 1000.0, c=0.02)
-    alike, unlike = (as_rival(softened, 'radiation', score, eps=0.1) for score in (1500.0, 2500.0))
+    alike, unlike = (as_rival(softened, 'radiation', score, eps=0.1) for score in (1300.0, 1500.0))
     assert prefer([flexible, alike], 11_000.0).effect == 'radiation'
-    assert prefer([flexible, unlike], 11_000.0).effect == 'latent_heat'
+    assert prefer([flexible, unlike], 11_000.0).effect == 'latent_heat'  # by odds of 4 to 1
 
 
 def test_what_is_bent_as_far_as_it_goes_is_not_alike(softened):
@@ -225,7 +225,7 @@ def test_what_is_bent_as_far_as_it_goes_is_not_alike(softened):
     for eps, named in ((0.1, 'radiation'), (SPECIFICATIONS['radiation.eps'].high, 'latent_heat')):
         problem = with_effect(softened.problem, Candidate('radiation', {'radiation.eps': eps}, 0.0, 0.0))
         fitted = fit(problem, np.concatenate([softened.z, problem.start()[softened.z.size :]]), rounds=0)
-        assert prefer([flexible, Rival('radiation', fitted, 1500.0)], 11_000.0).effect == named
+        assert prefer([flexible, Rival('radiation', fitted, 1300.0)], 11_000.0).effect == named
 
 
 def test_what_samples_do_not_resolve_is_late_by_nothing(softened):

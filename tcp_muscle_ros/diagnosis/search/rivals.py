@@ -159,9 +159,9 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
     one that holds for all recordings alike, then a sensor before physics (unless it is off as hardly any ever is, and
     physics as it is known would do), then what acts as it is known to and not the other way round, then what is
     expected of the fibre, then the fewest parameters. In one stage, where form decides, a form with more parameters
-    follows another's by what it may bend: it wins where it is plainly more probable. What had to be bent as far as it
-    goes is not alike, and where another one explains more it is not among the simplest. ``bare`` is the score without
-    any of them.
+    follows another's by what it may bend: it must be more than alike to win, of physics plainly more probable. What had
+    to be bent as far as it goes is not alike, and where another one explains more it is not among the simplest.
+    ``bare`` is the score without any of them.
     """
     best, policy = min(r.score for r in rivals), rivals[0].policy
     if any(_known(r) for r in close_rivals(rivals, bare - best)):
@@ -187,7 +187,7 @@ def prefer(rivals: Sequence[Rival], bare: float) -> Rival:
 
     first = min(close, key=order)
     stage = first.definition.stage
-    alike = close_rivals(rivals, bare - best, _PLAINLY)
+    alike = close_rivals(rivals, bare - best, _PLAINLY if first.definition.of_muscle else 1.0)
     alike = [r for r in alike if r.definition.stage == stage and not _at_its_end(r)]
     return min([first, *alike], key=order)
 
