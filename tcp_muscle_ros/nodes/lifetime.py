@@ -141,8 +141,7 @@ class _Life:
             get_logger(self._name).warning(sentence)
         if self._models:
             compile_model(self._name, self._stop_if_asked)
-        if self._asked.is_set():
-            return 0
+        self._stop_if_asked()
         self.node = node = self._make()
         self._callbacks = callbacks = Callbacks(node, self._asked.set)
         sys.setswitchinterval(_SHARE)

@@ -140,9 +140,10 @@ class _Table:
                     f'{self.path}: no column {source.column}, it has {len(self.headings)} (counted from 0); see {where}'
                 )
             return source.column
-        ((width, _),) = Counter(len(row.cells) for row in self.rows).most_common(1)
-        if self.layout.delimiter == SPACES and (wrong := misfit(self.headings, width)):
-            raise BadInput(f'{self.path}: {wrong}; or say columns by their indices, counted from 0; see {where}')
+        if self.layout.delimiter == SPACES:
+            ((width, _),) = Counter(len(row.cells) for row in self.rows).most_common(1)
+            if wrong := misfit(self.headings, width):
+                raise BadInput(f'{self.path}: {wrong}; or say columns by their indices, counted from 0; see {where}')
         at = [k for k, heading in enumerate(self.headings) if heading == source.column.strip()]
         if not at:
             raise BadInput(

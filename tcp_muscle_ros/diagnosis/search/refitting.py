@@ -93,14 +93,15 @@ def _heated(base: Fit, candidate: Candidate) -> Rival | None:
     """The candidate after a few rounds; from the best of its sets, where it falls short of what it promises by
     as much as an effect explains at least; with the muscle brought back, which takes longer, by most of it."""
     found: list[Rival] = []
+    bare = penalised(base)
     for start in (candidate, *candidate.others):
-        reached = max((penalised(base) - rival.score for rival in found), default=0.0)
-        if found and start.begun is not candidate.begun and reached > _FELL_SHORT * candidate.gain:
+        farther = start.begun is not candidate.begun
+        if farther and any(bare - rival.score > _FELL_SHORT * candidate.gain for rival in found):
             break
         grown = grow(base, start, rounds=_HEAT)
         if grown is not None:
             found.append(Rival(candidate.effect, grown, penalised(grown)))
-            if candidate.gain - (penalised(base) - found[0].score) < base.problem.policy.least_drop:
+            if candidate.gain - (bare - found[0].score) < base.problem.policy.least_drop:
                 break
     return min(found, key=lambda r: r.score, default=None)
 

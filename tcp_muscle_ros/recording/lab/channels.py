@@ -13,7 +13,6 @@ from tcp_muscle_ros.recording.lab.columns import Column
 from tcp_muscle_ros.recording.lab.draft import DraftColumn, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Row
 from tcp_muscle_ros.recording.lab.preamble import rest_length
-from tcp_muscle_ros.recording.lab.stand_ins import stand_ins
 from tcp_muscle_ros.recording.lab.times import kind_of
 from tcp_muscle_ros.recording.lab.timing import times as times_of
 from tcp_muscle_ros.recording.lab.vocabulary import RATIOS, SHARES
@@ -177,8 +176,7 @@ def _channel_of(column: Column) -> str:
 
 def _numbers(column: Column) -> Array | None:
     """The numbers of a column without those that stand for none; None where there are too few."""
-    missing = stand_ins(column.cells, column.decimal, column.meaning.kind)
-    rows = np.where([cell in missing for cell in column.cells], np.nan, column.numbers())
+    rows = np.where([cell in column.stand_ins for cell in column.cells], np.nan, column.numbers)
     return rows if np.count_nonzero(np.isfinite(rows)) >= max(_FEWEST * len(rows), 2) else None
 
 
@@ -186,7 +184,7 @@ def _unread(column: Column) -> str:
     """Why a column is no channel although its heading names one."""
     odd = [c for c in column.cells if c.lower() not in NO_NUMBER and number(c, column.decimal) is None]
     example = f", for example '{odd[0]}' is none" if odd else ''
-    count = np.count_nonzero(np.isfinite(column.numbers()))
+    count = np.count_nonzero(np.isfinite(column.numbers))
     return f'{column.ref} is left out: {count} of its {len(column.cells)} cells are numbers{example}'
 
 
@@ -274,7 +272,7 @@ def _clocks(columns: Sequence[Column], time: DraftTime | float) -> dict[int, Dra
 
 def _is_another_clock(column: Column, unit: str, at: Array) -> bool:
     """Does it run on from row to row, but not with the time of the table (as a camera's beside a logger's)?"""
-    own = UNITS[unit].to_si(column.numbers())
+    own = UNITS[unit].to_si(column.numbers)
     both = np.isfinite(own) & np.isfinite(at)
     if np.count_nonzero(both) < 3 or np.any(np.diff(own[both]) <= 0.0):
         return False

@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from tcp_muscle_ros.recording.lab.cells import decimal_of, number, unit_in
 from tcp_muscle_ros.recording.lab.draft import ColumnRef
 from tcp_muscle_ros.recording.lab.grid import Layout, Row
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
+from tcp_muscle_ros.recording.lab.stand_ins import stand_ins
 from tcp_muscle_ros.recording.lab.tables import Table
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
 from tcp_muscle_ros.recording.recording import Array
@@ -29,10 +31,16 @@ class Column:
     cells: tuple[str, ...]
     decimal: str = '.'
 
+    @cached_property
     def numbers(self) -> Array:
         """Its numbers as float64[rows], NaN where a cell is none."""
         found = [number(cell, self.decimal) for cell in self.cells]
         return np.array([np.nan if each is None else each for each in found], dtype=np.float64)
+
+    @cached_property
+    def stand_ins(self) -> frozenset[str]:
+        """The texts of the numbers in it that stand for none."""
+        return stand_ins(self.cells, self.decimal, self.meaning.kind)
 
 
 def columns_of(table: Table, layout: Layout) -> list[Column]:

@@ -17,7 +17,6 @@ from tcp_muscle_ros.recording.lab.grid import Layout
 from tcp_muscle_ros.recording.lab.heading_lines import misfit
 from tcp_muscle_ros.recording.lab.preamble import hanging_load, room_temperature
 from tcp_muscle_ros.recording.lab.reading import LabSheet, sheets_of
-from tcp_muscle_ros.recording.lab.stand_ins import stand_ins
 from tcp_muscle_ros.recording.lab.tables import SHARE, Table, find_tables
 from tcp_muscle_ros.recording.lab.text_file import SPACES
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, time_of, times
@@ -246,7 +245,7 @@ def _stated_above(part: Part, channels: set[str]) -> tuple[dict[str, object], li
 
 def _texts(column: Column) -> Iterator[str]:
     """What stands in a column in place of a number."""
-    yield from stand_ins(column.cells, column.decimal, column.meaning.kind)
+    yield from column.stand_ins
     for cell in column.cells:
         if cell.lower() not in NO_NUMBER and number(cell, column.decimal) is None:
             yield cell

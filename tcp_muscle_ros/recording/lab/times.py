@@ -14,8 +14,8 @@ CLOCK, STAMP, DATE = 'clock', 'stamp', 'date'
 _EPOCHS = ((1e8, 's'), (1e11, 'ms'), (1e14, 'us'), (1e17, 'ns'))  # a number of 2001 or later, in each unit
 _MOST = 200  # cells that are looked at
 _DATENUM = (7.0e5, 8.0e5)  # MATLAB's days since the year 0: 1916 to 2190
-_SERIAL = (2.5e4, 8.0e4)  # a spreadsheet's days since 1900: 1968 to 2119
-_FASTEST = {'datenum': 1e-2, 'serial': 2e-4}  # from row to row: as seconds, no logger is that quick
+SERIAL = (2.5e4, 8.0e4)  # a spreadsheet's days since 1900: 1968 to 2119
+_DAYS = ((_DATENUM, 1e-2), (SERIAL, 2e-4))  # with a step from row to row that, as seconds, no logger has
 _SLOW_MS, _DAY_MS = 5e3, 8.64e7  # a row every 5 s for more than a day is a counter of microseconds
 
 
@@ -54,7 +54,7 @@ def _without_unit(numbers: Array, step: float) -> Kind:
     epoch = [unit for least, unit in _EPOCHS if float(np.min(np.abs(numbers))) >= least]
     if epoch:
         return Kind(epoch[-1])
-    for (low, high), quickest in ((_DATENUM, _FASTEST['datenum']), (_SERIAL, _FASTEST['serial'])):
+    for (low, high), quickest in _DAYS:
         if low <= float(np.min(numbers)) and float(np.max(numbers)) <= high and 0.0 < step < quickest:
             return Kind('d')
     whole = bool(np.all(numbers == np.round(numbers)))

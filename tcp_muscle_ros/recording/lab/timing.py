@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tcp_muscle_ros.recording.lab.cells import DAY_S, clock, day, number, stamp
 from tcp_muscle_ros.recording.lab.columns import Column
 from tcp_muscle_ros.recording.lab.draft import ColumnRef, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Row
 from tcp_muscle_ros.recording.lab.preamble import sampled_every
-from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, STAMP, Kind, kind_of
+from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, SERIAL, STAMP, Kind, kind_of
 from tcp_muscle_ros.recording.recording import Array
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -20,7 +19,6 @@ _COUNTERS = (2.0**32, 2.0**16)  # at which micros() and millis() of a microcontr
 _HOUR_S = 3600.0
 _NEAR = 20.0  # rows, to which where a counter begins anew must fit
 _DATED = re.compile(r'dat[eu]|fecha|日付|日期', re.I)
-_SERIAL = (25000.0, 80000.0)  # days since 1900: 1968 to 2119
 _MOST_DAYS = 60.0  # that a run lasts
 
 
@@ -61,7 +59,7 @@ def _counts_days(column: Column) -> bool:
     if column.meaning.unit is not None or not _DATED.search(column.heading):
         return False
     values = _finite(column)
-    dates = all(_SERIAL[0] <= value <= _SERIAL[1] for value in values)
+    dates = all(SERIAL[0] <= value <= SERIAL[1] for value in values)
     return dates and len(values) > 0 and abs(values[-1] - values[0]) < _MOST_DAYS
 
 
@@ -80,15 +78,14 @@ def _rises(column: Column) -> bool:
 
 def _wraps(column: Column) -> float:
     value = _finite(column)
-    falls = np.flatnonzero(np.diff(value) < 0.0)
-    step = float(np.median(np.abs(np.diff(value)))) if len(value) > 1 else 0.0
-    return next((wraps for wraps in _COUNTERS if _goes_on(value, falls, wraps, step)), 0.0)
+    return next((wraps for wraps in _COUNTERS if _goes_on(value, wraps)), 0.0)
 
 
-def _goes_on(value: Array, falls: NDArray[np.int64], period: float, step: float) -> bool:
+def _goes_on(value: Array, period: float) -> bool:
     """Does what falls begin anew at the period, each time within some steps?"""
-    near = [abs(value[k + 1] + period - value[k]) < _NEAR * step for k in falls]
-    return bool(near) and all(near)
+    change = np.diff(value)
+    falls = change[change < 0.0]
+    return len(falls) > 0 and bool(np.all(np.abs(falls + period) < _NEAR * np.nanmedian(np.abs(change))))
 
 
 def _with_companions(
@@ -127,14 +124,14 @@ def times(columns: Sequence[Column], time: DraftTime) -> Array:
     by_ref = {column.ref: column for column in columns}
     own = by_ref[time.ref]
     if time.unit in UNITS:
-        return UNITS[time.unit].to_si(unwrapped(own.numbers(), time.wraps))
+        return UNITS[time.unit].to_si(unwrapped(own.numbers, time.wraps))
     value = _array([clock(cell) if time.unit == CLOCK else stamp(cell, time.order) for cell in own.cells])
     if time.date is not None:
         value = value + _array([day(cell, time.order) for cell in by_ref[time.date].cells])
     elif time.unit == CLOCK:
         value = past_midnight(value)
     if time.fraction is not None:
-        value = value + UNITS[time.fraction_unit].to_si(by_ref[time.fraction].numbers())
+        value = value + UNITS[time.fraction_unit].to_si(by_ref[time.fraction].numbers)
     return value
 
 
@@ -153,18 +150,13 @@ def unwrapped(value: Array, wraps: float) -> Array:
 
 def past_midnight(value: Array) -> Array:
     """Times of day that pass midnight, in s, as times that go on; so are minutes and seconds that pass the hour."""
-    change = np.diff(value)
-    step = float(np.nanmedian(np.abs(change))) if np.any(np.isfinite(change)) else 0.0
-    hours = bool(np.nanmax(value, initial=0.0) < _HOUR_S) and _goes_on(
-        value, np.flatnonzero(change < 0.0), _HOUR_S, step
-    )
-    period = _HOUR_S if hours else DAY_S
-    return value + period * np.concatenate([[0.0], np.cumsum(change < -0.5 * period)])
+    hours = bool(np.nanmax(value, initial=0.0) < _HOUR_S) and _goes_on(value, _HOUR_S)
+    return unwrapped(value, _HOUR_S if hours else DAY_S)
 
 
 def _finite(column: Column) -> Array:
     """The numbers of a column, without the cells that are none."""
-    value = column.numbers()
+    value = column.numbers
     return value[np.isfinite(value)]
 
 
