@@ -8,7 +8,7 @@ import numpy as np
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
-from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW
+from tcp_muscle_ros.muscle.mechanical import COIL_LONGEST, COIL_SHORTEST, DOMAIN_HIGH, DOMAIN_LOW
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from tcp_muscle_ros.recording.protocol import Protocol
 
 _MELTS = ZERO_CELSIUS + 255.0  # K, nylon 6,6 (DSC onset about 255 degC; nylon 6 about 220 degC)
-_LONGEST, _SHORTEST = 3.0, 0.5  # times its own length, between which a coil can be
 
 
 class Domain:
@@ -46,8 +45,8 @@ class Domain:
         length = outputs.length / self._rest_length
         for what, beyond in (
             ('melts', outputs.fibre_temperature > _MELTS),
-            ('long', length > _LONGEST),
-            ('short', length < _SHORTEST),
+            ('long', length > COIL_LONGEST),
+            ('short', length < COIL_SHORTEST),
         ):
             if beyond.any():
                 self._first.setdefault(what, float(outputs.time[int(np.argmax(beyond))]))
@@ -68,8 +67,8 @@ class Domain:
                 yield f'{f"{share:.0f} %" if share >= 1.0 else "less than 1 %"} of the time {what}'
         said = {
             'melts': f'the fibre is hotter than {_MELTS - ZERO_CELSIUS:.0f} degC, at which nylon melts',
-            'long': f'the muscle is more than {_LONGEST:g} times its own length, to which no coil stretches',
-            'short': f'the muscle is shorter than {_SHORTEST:g} times its own length, to which no coil contracts',
+            'long': f'the muscle is more than {COIL_LONGEST:g} times its own length, to which no coil stretches',
+            'short': f'the muscle is shorter than {COIL_SHORTEST:g} times its own length, to which no coil contracts',
         }
         for what, at in self._first.items():
             yield f'from {at:.4g} s on {said[what]}: no real muscle does what is simulated there'

@@ -11,6 +11,7 @@ from tcp_muscle_ros.muscle.table import INDEX
 
 # Equation 27 was fitted to data from 0 to about 120 degC; outside, the modulus is held at the edge's value.
 DOMAIN_LOW, DOMAIN_HIGH = ZERO_CELSIUS, ZERO_CELSIUS + 120.0
+COIL_SHORTEST, COIL_LONGEST = 0.5, 3.0  # times its own length (H0), between which a coil can be
 
 _A1, _A2, _A3, _C1, _C2 = (INDEX[name] for name in ('a1', 'a2', 'a3', 'c1', 'c2'))
 _T0 = INDEX['T0']

@@ -345,6 +345,13 @@ class ControlledMuscle(SafeMuscle):
             yield self._lost
         if self._setpoint is None:
             yield 'no setpoint yet'
+        elif self._command is not None and not self.on_joint:
+            shaped = self._command.shaped_setpoint
+            if self._setpoint - shaped > _FINE['displacement']:
+                yield (
+                    f'setpoint {self._setpoint:.4g} m is beyond reach: {shaped:.4g} m is the most at '
+                    f'{self.settings["current_limit_a"]:g} A and {self.settings["derate_temperature_c"]:g} degC'
+                )
 
     def facts(self) -> Mapping[str, str]:
         """What is wanted, measured and believed."""

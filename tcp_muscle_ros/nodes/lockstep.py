@@ -35,6 +35,7 @@ LOCKSTEP_QOS = QoSProfile(depth=100)  # reliable
 _CLOCK_QOS = QoSProfile(depth=1)
 _SLICE = 0.1  # s, in which a wait looks whether it is still wanted
 _STALLED = 10.0  # s of silence, after which a leader is no more believed to compile or to wait for somebody else
+_EXPECTED = 1.0  # s, that a tick may take
 _ROUNDING = 2  # ns, by which two nodes' multiples of one period may differ
 
 
@@ -74,6 +75,7 @@ class LeadingTime(ScaledTime):
         super().__init__(factor)
         self._node, self._expected, self._patience = node, expected, patience
         self._done: dict[str, int] = {}  # ns, the last tick that each peer has done
+        self._waits: tuple[float, str] | None = None  # since when (s, steady), for whom
 
     def open(self, topics: Topics) -> None:
         """Make the topics; after all others of the node, so that who has discovered them has discovered all."""
@@ -84,15 +86,16 @@ class LeadingTime(ScaledTime):
 
     def begin(self, stop: threading.Event) -> None:
         """Return when the peers that are expected are there, and hear what they wait for."""
-        said = time.monotonic()
+        begun = said = time.monotonic()
         while not stop.is_set():
             self._hear(_SLICE if self._expected else 0.0)
             if min(len(self._done), self._tick.publisher.get_subscription_count()) >= self._expected:
-                return
+                break
+            self._waits = begun, f'{self._expected} nodes; there: {", ".join(sorted(self._done)) or "none"}'
             if time.monotonic() - said > self._patience:
                 said = time.monotonic()
-                there = ', '.join(sorted(self._done)) or 'none'
-                self._node.get_logger().warning(f'lockstep: waiting for {self._expected} nodes; there: {there}')
+                self._node.get_logger().warning(f'lockstep: waiting for {self._waits[1]}')
+        self._waits = None
 
     def wait(self, until: int, stop: threading.Event) -> None:
         """Have the present tick done by all peers, then as ScaledTime."""
@@ -120,6 +123,7 @@ class LeadingTime(ScaledTime):
         while not stop.is_set() and (late := [name for name, done in self._done.items() if done != tick]):
             if self._hear(_SLICE):
                 continue
+            self._waits = begun, ', '.join(late)
             self.forget_who_is_gone()
             if time.monotonic() - begun > self._patience:
                 for name in late:
@@ -128,6 +132,13 @@ class LeadingTime(ScaledTime):
                     f'lockstep: {", ".join(late)} did not answer the tick at {tick / SECOND:g} s within '
                     f'{self._patience:g} s and is no longer waited for'
                 )
+        self._waits = None
+
+    def held_up(self) -> str:
+        """For whom, where it is longer than a tick should take; asked by another thread."""
+        since, whom = self._waits or (time.monotonic(), '')
+        waited = time.monotonic() - since
+        return f'lockstep: waiting for {whom} (for {waited:.0f} s)' if waited > _EXPECTED else ''
 
     def forget_who_is_gone(self) -> None:
         """Wait no more for peers that have ended."""

@@ -15,7 +15,7 @@ from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from std_srvs.srv import SetBool, Trigger
 
-from tcp_muscle_ros.control.safety import Report
+from tcp_muscle_ros.control.safety import Report, State
 from tcp_muscle_ros.nodes.declaring import declare
 from tcp_muscle_ros.nodes.lockstep import FollowingTime, LeadingTime
 from tcp_muscle_ros.nodes.parameters import Settings
@@ -206,8 +206,10 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
             return response
 
         def clear_fault(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            faulty = any(muscle.safety.state is State.FAULT for muscle in muscles)
             refused = each(lambda muscle: muscle.safety.clear_fault())
-            response.success, response.message = not refused, refused or 'no fault'
+            response.success = not refused
+            response.message = refused or ('fault cleared' if faulty else 'there was no fault')
             return response
 
         self.create_service(SetBool, f'{prefix}/enable', enable)
@@ -274,6 +276,8 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         loop = self.loop
         missed = 0 if loop is None else loop.missed
         worries = [*self.unmatched.values(), *([self._namesake_told()] if self._namesake else [])]
+        if held_up := self.time_base.held_up():
+            worries.append(held_up)
         if missed - self._missed > 0.01 * self.rate:
             worries.append('more than 1 % of the ticks missed')
         facts = {

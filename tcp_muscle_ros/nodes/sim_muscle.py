@@ -10,7 +10,7 @@ from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.safety import Kind, Limits
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Reading
-from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW
+from tcp_muscle_ros.muscle.mechanical import COIL_LONGEST, COIL_SHORTEST, DOMAIN_HIGH, DOMAIN_LOW
 from tcp_muscle_ros.muscle.quantities import IN_ZERO
 from tcp_muscle_ros.muscle.sensors import Noise, Sensor
 from tcp_muscle_ros.nodes.home import SimHome
@@ -193,14 +193,25 @@ class SimMuscle(SafeMuscle):
             yield "outside the model's domain (0 to 120 degC)"
         elif not self._reading.in_domain:
             yield 'outside the table of a free law, which is extrapolated'
+        if not self._is_a_coil:
+            yield f'{self._stretch:.3g} times its own length, which no coil is: is the load in N?'
         if self._reading.slack:
             yield 'slack: a muscle cannot push'
+
+    @property
+    def _stretch(self) -> float:
+        """How long it is, in its own length."""
+        return self._reading.length / self.muscle.parameters['H0']
+
+    @property
+    def _is_a_coil(self) -> bool:
+        return COIL_SHORTEST <= self._stretch <= COIL_LONGEST
 
     def facts(self) -> Mapping[str, str]:
         """The muscle behind the sensors."""
         return {
             'fibre_temperature_c': number(self._reading.fibre_temperature - ZERO_CELSIUS),
-            'in_domain': str(self._reading.in_domain).lower(),
+            'in_domain': str(self._reading.in_domain and self._is_a_coil).lower(),
             'slack': str(self._reading.slack).lower(),
             'effects': ', '.join(self.settings['effects']) or 'none',
         }

@@ -53,6 +53,10 @@ class TimeBase:
         """Whether the clock has stopped, so that nobody may count on the next tick. Asked once a second."""
         return False
 
+    def held_up(self) -> str:
+        """What it has waited for longer than anybody expects; '' where for nothing."""
+        return ''
+
 
 class SteadyTime(TimeBase):
     """The system's time, kept by the steady clock so that setting the system's clock stretches no tick."""

@@ -160,7 +160,10 @@ def test_it_holds_the_last_setpoint_and_shows_what_it_can_do_of_an_impossible_on
     pair.setpoint.publish(Float64(data=0.4))
     bench.until(lambda: 0.04 < pair.shaped.last.data < 0.1, 'not shaped to what the muscle can do')
     assert max(pair.command.values) <= 0.27
+    told = 'setpoint 0.4 m is beyond reach: '
+    bench.until(lambda: told in pair.facts()['message'], 'nobody is told')
     pair.setpoint.publish(Float64(data=0.005))
+    bench.until(lambda: 'beyond reach' not in pair.facts()['message'], 'it is told for ever')
 
 
 def test_ros2_control_speaks_through_joint_commands(bench, pair):

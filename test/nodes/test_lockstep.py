@@ -136,7 +136,10 @@ def test_a_closed_loop_as_fast_as_it_goes_is_the_loop_of_the_books_bit_for_bit(b
 
 
 def test_who_does_not_answer_is_waited_for_no_more_and_may_come_back(bench):
+    diagnostics = bench.listen('/diagnostics', DiagnosticArray)
     sim = bench.start('sim_node', 'patient', real_time_factor=0.0, lockstep_nodes=1, lockstep_timeout_s=0.5)
+    waits = 'lockstep: waiting for 1 nodes; there: none'
+    bench.until(lambda: any(waits in s.message for _, a in diagnostics for s in a.status), 'nobody is told', 120.0)
     commander = Commander(bench, '/patient/current_command', {})
     commander.silent_from = 10
     commander.join()
@@ -145,7 +148,7 @@ def test_who_does_not_answer_is_waited_for_no_more_and_may_come_back(bench):
     commander.silent_from = None
     bench.until(lambda: sim.said().count('in lockstep with /bench') == 2, 'it may not come back')
     sim.kill()
-    bench.forget(commander)
+    bench.forget(commander, diagnostics)
 
 
 def test_a_controller_that_keeps_the_systems_time_is_refused_with_the_reason(bench):

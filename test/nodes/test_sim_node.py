@@ -153,6 +153,13 @@ def test_load_and_ambient_come_by_topic_and_nonsense_is_refused(bench, sim):
         'not counted',
     )
     assert sim.force.last.data == 1.0
+    no_coil = 'times its own length, which no coil is'  # grams, taken for newtons
+    bench.insist(
+        load,
+        Float64(data=100.0),
+        lambda: any(no_coil in status.message for _, array in diagnostics[-20:] for status in array.status),
+        'nobody is told',
+    )
     warm = Temperature(temperature=30.0)
     bench.insist(ambient, warm, lambda: sim.temperature.last.temperature > 25.0, 'the ambient is not heard')
     ambient.publish(Temperature(temperature=23.0))
