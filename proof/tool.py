@@ -24,6 +24,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.observe import conditions, prepared
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Outputs, Parameters
+from tcp_muscle_ros.process.memory import give_back
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, RIG, write_json
@@ -86,6 +87,7 @@ def diagnose_case(folder: Path, reports: Path, most: int, progress: Callable[[],
     """What `tcp_muscle diagnose` says, without figures: improved.yaml, next_protocol.yaml, and report.json last."""
     nominal = Case(folder).file
     _, experiments = prepared([read_bag(str(path)) for path in bags(folder)], nominal, most)
+    give_back()  # what the case before left
     found = diagnose(experiments, nominal.parameters, progress=progress)
     out = reports / folder.name
     out.mkdir(parents=True, exist_ok=True)

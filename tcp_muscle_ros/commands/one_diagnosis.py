@@ -69,6 +69,7 @@ def diagnosed(
     from tcp_muscle_ros.diagnosis.answer.issues import faults_of, with_faults, with_issues
     from tcp_muscle_ros.diagnosis.diagnose import Interrupted, diagnose
     from tcp_muscle_ros.diagnosis.observation.observe import prepared
+    from tcp_muscle_ros.process.memory import give_back
 
     mended, experiments = prepared(recordings, nominal)
     beat = progress.beat if progress else None
@@ -76,6 +77,7 @@ def diagnosed(
         diagnosis = diagnose(experiments, nominal.parameters, separate=separate, rig=rig, progress=beat)
     except Interrupted as stop:
         diagnosis = replace(stop.partial, partial=True)
+    give_back()
     diagnosis = with_issues(diagnosis, recordings, mended, experiments)
     faults = faults_of(mended)
     del mended
