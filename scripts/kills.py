@@ -16,8 +16,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from datetime import date
 from itertools import pairwise
 from pathlib import Path
@@ -84,7 +83,7 @@ class Kills:
     """The processes, one of which is killed at a time."""
 
     def __init__(self, folder: Path, seed: int) -> None:
-        self.folder, self.seed = folder, seed
+        self.folder, self.random = folder, random.Random(seed)
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self.worst: dict[str, float] = dict.fromkeys(MUST, 0.0)
         self.count: dict[str, int] = dict.fromkeys(MUST, 0)
@@ -133,14 +132,12 @@ class Kills:
         """What the investigation writes."""
         return self.folder / f'inquiry_{self._inquiry}'
 
-    def until(
-        self, condition: Callable[[], object], what: str, patience: float = PATIENCE, more: Callable[[], str] = str
-    ) -> bool:
-        """Wait; what does not come is a failure, of which more may be told."""
+    def until(self, condition: Callable[[], object], what: str, patience: float = PATIENCE) -> bool:
+        """Wait; what does not come is a failure."""
         deadline = time.monotonic() + patience
         while not condition():
             if time.monotonic() > deadline:
-                self.failures.append(f'{what} within {patience:.0f} s{more()}')
+                self.failures.append(f'{what} within {patience:.0f} s')
                 return False
             time.sleep(0.01)
         return True
@@ -168,22 +165,8 @@ class Kills:
         self.until(lambda: self.current.last > 0.0, 'no current')
         self.until(lambda: self.alone.messages, 'no second muscle')
 
-    def go(self, kills: int) -> None:
-        """So many, each role in turn. An investigation has a muscle of its own and goes beside the others."""
-        roles = [list(MUST)[k % len(MUST)] for k in range(kills)]
-        parts = [[role for role in roles if (role == 'investigation') == alone] for alone in (False, True)]
-        with ThreadPoolExecutor(len(parts)) as pool:
-            for part in [pool.submit(self._one_after_another, roles) for roles in parts]:
-                part.result()
-
-    def _one_after_another(self, roles: Sequence[str]) -> None:
-        instants = random.Random(self.seed)
-        for role in roles:
-            self.once(role, instants.uniform(0.1, 2.0))
-            print(f'{sum(self.count.values())}: {role}, {len(self.failures)} failures {self.failures[-1:]}', flush=True)
-
-    def once(self, role: str, instant: float) -> None:
-        """Kill one at an instant (s from now), look, and start it again."""
+    def once(self, role: str) -> None:
+        """Kill one at a random instant, look, and start it again."""
         if role == 'investigation':
             self._inquiry += 1
             self.start(role)
@@ -193,7 +176,7 @@ class Kills:
             self.until(lambda: self.predicted.messages, 'no prediction')
         elif role == 'recorder':
             self.until((self.bag / 'metadata.yaml').exists, 'no bag')
-        time.sleep(instant)
+        time.sleep(self.random.uniform(0.1, 2.0))
         self.count[role] += 1
         getattr(self, f'_{role}')()
 
@@ -237,12 +220,10 @@ class Kills:
         self.until(lambda: self.alone.last == 0.0 and time.monotonic() - moment > 0.8, 'the second muscle goes on')
         self.hold('investigation', self.alone.zero_after(moment), WATCHDOG + MARGIN)
         self.start('investigation')
-        self.until(self._goes_on, 'the investigation does not go on', more=self._said)
+        if not self.until(self._goes_on, 'the investigation does not go on'):
+            said = (self.folder / 'investigation.txt').read_text().splitlines()
+            self.failures[-1] += f' (load average {os.getloadavg()[0]:.1f}); it said: {said[-1] if said else "nothing"}'
         self.kill('investigation')
-
-    def _said(self) -> str:
-        said = (self.folder / 'investigation.txt').read_text().splitlines()
-        return f' (load average {os.getloadavg()[0]:.1f}); it said: {said[-1] if said else "nothing"}'
 
     def _goes_on(self) -> bool:
         """Whether it has recorded; one that discovered no muscle in time, and ended, is begun again and counted."""
@@ -307,7 +288,13 @@ def main() -> int:
         kills = Kills(Path(folder), args.seed)
         try:
             kills.begin()
-            kills.go(args.kills)
+            roles = list(MUST)
+            for k in range(args.kills):
+                kills.once(roles[k % len(roles)])
+                print(
+                    f'{k + 1}: {roles[k % len(roles)]}, {len(kills.failures)} failures {kills.failures[-1:]}',
+                    flush=True,
+                )
         finally:
             kills.end()
     text = document(kills, time.monotonic() - begun)
