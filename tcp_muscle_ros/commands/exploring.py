@@ -4,6 +4,7 @@ keeps back.
 A diagnosis names only what its recordings can show. So the first protocols show each of what the catalogue's effects
 depend on: three temperatures, a long hold, reversals inside a loop, fast switching, other loads, steps of the load. The
 further ones ask the same in another way: what is named wrongly, or not seen, under one load and pace differs at others.
+What comes with the number of cycles shows beside a stronger effect only where there are many.
 """
 
 from collections.abc import Sequence
@@ -26,6 +27,7 @@ _STAIRS = (0.45, 0.7, 0.85, 1.0, 0.85, 0.7, 0.55, 0.75, 0.9, 0.75, 0.55, 0.8, 1.
 _RAMPS: _Steps = ((5.0, 0.0), *((s, way) for s in (20.0, 50.0) for way in ((0.35, 1.0), (1.0, 0.35))), (45.0, _PROBE))
 _GENTLE_HOLD: _Steps = ((30.0, _PROBE), (110.0, 0.75), (110.0, _PROBE))
 _CYCLES: _Steps = ((5.0, 0.0), *((20.0, 1.0), (30.0, 0.0)) * 6)
+_WEARING: _Steps = ((5.0, 0.0), *((11.0, 1.0), (13.0, 0.0)) * 30)  # more cycles than all others have
 _FALLING: _Steps = ((5.0, 0.0), *((16.0, share) for share in (1.0, 0.8, 0.6, 0.4, 0.7, 0.5, 0.9, 0.6)), (45.0, 0.0))
 _KEPT_BACK: _Steps = ((5.0, 0.0), (12.0, 0.9), (8.0, 0.5), (20.0, 0.0), (20.0, 0.7), (10.0, 1.0), (45.0, 0.0))
 
@@ -69,7 +71,7 @@ def further_protocols(current: float, loads: Sequence[float], load: float, ambie
     Args and units as of ``first_protocols``.
     """
     heavy, light, beside = loads[-1], loads[0], loads[(len(loads) - 1) // 2]
-    once = ((heavy, _HEATINGS), (light, _RAMPS), (beside, _GENTLE_HOLD))
+    once = ((load, _WEARING), (heavy, _HEATINGS), (light, _RAMPS), (beside, _GENTLE_HOLD))
     again = ((light, _CYCLES), (heavy, _FALLING), (light, _HOLD))
     return [[_under(force, steps, current, ambient) for force, steps in one] for one in (once, again)]
 

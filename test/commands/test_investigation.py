@@ -147,6 +147,7 @@ def test_what_is_recorded_further_puts_other_loads_and_paces_and_changes_no_load
     assert max(one.sampled().drive.max() for one in (*once, *again)) == 0.2
     assert all(one not in EXPLORED for one in (*once, *again))
     assert {one.load for those in further_protocols(0.2, (0.5,), 0.5, 296.15) for one in those} == {0.5}
+    assert sum(map(cycles_of, once)) > 1.5 * sum(map(cycles_of, EXPLORED))  # so that wear shows
 
 
 def test_what_is_recorded_first_covers_what_effects_depend_on_and_changes_no_load_where_the_rig_cannot():
