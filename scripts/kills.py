@@ -1,7 +1,8 @@
 """kill -9 at random instants of muscle, controller, twin, recorder and investigation, and what must hold afterwards.
 
 After the death of a commander the muscle applies 0 A within the watchdog time; after the muscle's the controller
-commands 0 A; the twin's changes nothing; a recorder loses at most its last second; an investigation goes on.
+commands 0 A; the twin's changes nothing; a recorder loses at most its last second, and as long as it waited for a core;
+an investigation goes on.
 Usage: scripts/kills.py [--kills 200] [--output docs/kills.md]; exit code 1 where something did not hold.
 """
 
@@ -17,6 +18,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import date
 from itertools import pairwise
 from pathlib import Path
@@ -34,6 +36,7 @@ WATCHDOG = 0.5  # s, of sim_node
 FEEDBACK = 0.2  # s, after which the controller takes a silent muscle for lost
 MARGIN = 0.1  # s: the last command's age, two ticks, and what was under way
 LOST = 1.0  # s, that a recorder may lose
+WATCHED = 2.0  # s before a recorder is killed, in which its waits for a core count
 PATIENCE = 120.0  # s
 STARTING = 300.0  # s
 LOOK = 2.0  # s, after which a current must still flow
@@ -52,6 +55,15 @@ MUST = {
     'recorder': 'no more than the last second is lost',
     'investigation': 'the muscle applies 0 A within 0.5 s; --resume records again',
 }
+
+
+def waits(pid: int) -> dict[str, float]:
+    """How long (s) each thread of a process has waited for a core so far; empty where the kernel does not count it."""
+    found = {}
+    for path in Path(f'/proc/{pid}/task').glob('*/schedstat'):
+        with suppress(OSError):  # a thread that ended meanwhile
+            found[path.parent.name] = int(path.read_text().split()[1]) * 1e-9
+    return found
 
 
 class Heard:
@@ -90,6 +102,7 @@ class Kills:
         self.failures: list[str] = []
         self.begun_again = 0
         self._bag = self._inquiry = 0
+        self._waits: dict[str, float] = {}
         (folder / 'protocol.yaml').write_text(PROTOCOL)
         rclpy.init(args=[])
         self.node = Node('kills', enable_rosout=False)
@@ -176,6 +189,8 @@ class Kills:
             self.until(lambda: self.predicted.messages, 'no prediction')
         elif role == 'recorder':
             self.until((self.bag / 'metadata.yaml').exists, 'no bag')
+            self._waits = waits(self.processes[role].pid)
+            time.sleep(WATCHED)
         time.sleep(self.random.uniform(0.1, 2.0))
         self.count[role] += 1
         getattr(self, f'_{role}')()
@@ -201,8 +216,10 @@ class Kills:
         self.start('twin')
 
     def _recorder(self) -> None:
+        now = waits(self.processes['recorder'].pid)
         moment = self.kill('recorder')
         killed = time.time()
+        waited = max((value - self._waits.get(thread, 0.0) for thread, value in now.items()), default=0.0)
         # What did not come to us either was not the recorder's to lose.
         came = self.current.messages[-1][0] if self.current.messages else moment
         try:
@@ -210,7 +227,8 @@ class Kills:
             ended = killed - recording.start_ns * 1e-9
             each = ', '.join(f'{name} {ended - channel.time[-1]:.2f} s' for name, channel in recording.channels.items())
             lost = ended - recording.duration - max(moment - came, 0.0)
-            self.hold('recorder', lost, LOST + MARGIN, f'; before the kill ended: {each}')
+            more = f'; it waited {waited:.2f} s for a core; before the kill ended: {each}'
+            self.hold('recorder', lost, LOST + MARGIN + waited, more)
         except BadInput as error:
             self.failures.append(f'recorder killed: {error}')
         self.start('recorder')
@@ -269,6 +287,7 @@ def document(kills: Kills, took: float) -> str:
             *rows,
             '',
             f'Investigations that discovered no muscle and had to be resumed once more: {kills.begun_again}.',
+            'What a recorder waited for a core is in its longest, and allowed beside its second.',
             *(f'- {failure}' for failure in kills.failures),
         ]
     )
