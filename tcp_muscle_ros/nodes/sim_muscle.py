@@ -194,7 +194,8 @@ class SimMuscle(SafeMuscle):
         elif not self._reading.in_domain:
             yield 'outside the table of a free law, which is extrapolated'
         if not self._is_a_coil:
-            yield f'{self._stretch:.3g} times its own length, which no coil is: is the load in N?'
+            hint = ': is the load in N?' if self._stretch > COIL_LONGEST else ''
+            yield f'{self._stretch:.3g} times its own length, which no coil is{hint}'
         if self._reading.slack:
             yield 'slack: a muscle cannot push'
 
