@@ -6,6 +6,7 @@ from diagnosis.made import NOMINAL, TRUE, experiment
 from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
 from tcp_muscle_ros.diagnosis.answer.replaying import as_given, own_of, replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.search import second_start
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -47,3 +48,15 @@ def test_of_a_muscle_that_has_rested_no_state_is_fitted():
     assert [c.effect for c in found.chosen] == ['creep']
     assert not states(found.final)
     assert improved_muscle(found)['creep.start'] == 0.0
+
+
+def test_a_second_start_after_which_no_work_is_left_does_not_count_for_nothing_holds_it_against_rivals(monkeypatch):
+    best = second_start._best_start
+
+    def spent(found, effects, progress):
+        start = best(found, effects, progress)
+        found.final.problem.work.add(found.final.problem.work.limit)
+        return start
+
+    monkeypatch.setattr(second_start, '_best_start', spent)
+    assert not found_in(AT_THE_START).chosen

@@ -38,6 +38,8 @@ def select_twice(calibrated: Fit, effects: Sequence[str], progress: Callable[[],
         start = _best_start(found, effects, progress)
         if start is None or penalised(found.final) - start.score < _PROMISES * calibrated.problem.policy.least_drop:
             return found
+        if not calibrated.problem.work.left:  # nothing would hold it against its rivals
+            return found
         again = select_from(start.fit, calibrated, effects, progress)
     elif len(found.chosen) == 1:
         again = select(calibrated, [e for e in effects if e != roles.slips], progress)
