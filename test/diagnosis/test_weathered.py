@@ -8,8 +8,9 @@ from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment, shown_with
 
 from tcp_muscle_ros.diagnosis.answer.notes import on_draught
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
-from tcp_muscle_ros.diagnosis.fitting.weather import courses
+from tcp_muscle_ros.diagnosis.fitting.weather import Course, courses
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.search import weathered
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.weathered import with_weather
@@ -100,6 +101,15 @@ def test_a_law_that_is_not_listed_is_no_weather(effect):
     runs = recorded_in(still, TRUE.replace(strong).with_effects(effect))
     found = select_twice(calibrated(runs), [])
     assert with_weather(found, CIRCUMSTANCES) is found
+
+
+@pytest.mark.parametrize(('evidence', 'plain'), [(980.0, True), (999.0, False)])
+def test_what_a_law_would_foretell_counts_as_far_as_it_is_as_likely(evidence, plain):
+    """The course of a draught is not foretold; told as a room it is, for it takes the more heat the hotter it is."""
+    draught = Course('airflow', 1000.0, 900.0, 0.9, 0.1)
+    room = Course('ambient_drift', evidence, 800.0, 0.9, 0.4)
+    assert weathered._plain([draught, room], 200.0) is plain
+    assert not weathered._plain([room], 200.0)
 
 
 def test_a_laser_that_wanders_is_no_weather():

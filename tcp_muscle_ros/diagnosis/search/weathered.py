@@ -24,7 +24,7 @@ from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
 
 _LAW = 0.2  # of a course (squared): more that the state foretells is a law's
 _SURE = 10.0  # least drops
-_AS_MUCH = 0.998  # of the evidence: a supply that is unsteady explains all that the air would
+_AS_MUCH = 0.998  # of the evidence: what explains less is not as likely (a supply explains all that the air would)
 
 
 def with_weather(found: Selection, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
@@ -79,9 +79,10 @@ def _of_the_air(likely: Sequence[Course], inferred: Collection[str]) -> list[Cou
 
 
 def _plain(likely: Sequence[Course], sure: float) -> bool:
-    """Whether the likeliest is there, takes enough, and is no law, however it is told."""
+    """Whether the likeliest is there, takes enough, and is no law, in whichever way that is as likely it is told: a
+    draught told as a room is foretold in part, for it takes the more heat the hotter the muscle is."""
     first = likely[0]
-    no_law = all(course.foretold < _LAW for course in likely)
+    no_law = all(course.foretold < _LAW for course in likely if course.evidence >= _AS_MUCH * first.evidence)
     return min(first.evidence, first.witnessed) > sure and first.share > HALF and no_law
 
 
