@@ -102,7 +102,6 @@ class Kills:
         self.failures: list[str] = []
         self.begun_again = 0
         self._bag = self._inquiry = 0
-        self._waits: dict[str, float] = {}
         (folder / 'protocol.yaml').write_text(PROTOCOL)
         rclpy.init(args=[])
         self.node = Node('kills', enable_rosout=False)
@@ -189,8 +188,6 @@ class Kills:
             self.until(lambda: self.predicted.messages, 'no prediction')
         elif role == 'recorder':
             self.until((self.bag / 'metadata.yaml').exists, 'no bag')
-            self._waits = waits(self.processes[role].pid)
-            time.sleep(WATCHED)
         time.sleep(self.random.uniform(0.1, 2.0))
         self.count[role] += 1
         getattr(self, f'_{role}')()
@@ -216,10 +213,13 @@ class Kills:
         self.start('twin')
 
     def _recorder(self) -> None:
-        now = waits(self.processes['recorder'].pid)
+        pid = self.processes['recorder'].pid
+        before = waits(pid)
+        time.sleep(WATCHED)
+        now = waits(pid)
         moment = self.kill('recorder')
         killed = time.time()
-        waited = max((value - self._waits.get(thread, 0.0) for thread, value in now.items()), default=0.0)
+        waited = max((value - before.get(thread, 0.0) for thread, value in now.items()), default=0.0)
         # What did not come to us either was not the recorder's to lose.
         came = self.current.messages[-1][0] if self.current.messages else moment
         try:
