@@ -14,10 +14,25 @@ from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.search.companions import Companions
-from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_rest, stands_apart
+from tcp_muscle_ros.diagnosis.search.company import (
+    alone_explains,
+    beside_it,
+    good_company,
+    least_of_rest,
+    stands_apart,
+)
 from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, follows_the_drive, least_drop, prefer, sound
+from tcp_muscle_ros.diagnosis.search.rivals import (
+    Rival,
+    begins,
+    follows_the_drive,
+    least_drop,
+    penalised,
+    prefer,
+    sound,
+    truer,
+)
 from tcp_muscle_ros.diagnosis.search.selection import _Search, select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
@@ -278,6 +293,35 @@ def test_a_companion_takes_most_of_what_is_left(softened):
     ranked, _ = screen(named.fit, ['friction', 'creep'])
     for rival in rivals_for(named.fit, ranked, None):
         assert not good_company(softened, named.fit, rival.fit, 0.65, softened.problem.policy.of_all)
+
+
+def test_one_that_explains_the_rest_alone_may_be_little_beside_a_stronger_one():
+    """A creep beside a stroke that changes much with the load: some hundredths of what was missed, and no form leaves
+    what one effect alone explains. Where another explains nearly as much, it may be the form's."""
+    muscle = TRUE.replace({'creep.J': 0.03, 'load_stroke.b': 3.0}).with_effects('load_stroke', 'creep')
+    runs = [experiment(CHANNELS, 0.27, load, k, muscle=muscle) for k, load in enumerate((0.3, 0.588, 0.98))]
+    bare = settle_noise(in_turn(calibrate(runs, NOMINAL).fit))[0]
+    without = rivals_for(bare, screen(bare, ['load_stroke'])[0], None)[0].fit
+    found = rivals_for(without, screen(without, ['creep', 'two_node', 'hysteresis'])[0], None)
+    assert found[0].effect == 'creep'
+    policy = bare.problem.policy
+    assert not good_company(bare, without, found[0].fit, policy.of_rest, policy.of_all)
+    others = beside_it('creep', found, penalised(without))
+    assert len(others) == len(found) - 1 and all(other < 0.65 for other in others)
+    assert alone_explains(bare, without, found[0].fit, found[0], others)
+    assert not alone_explains(bare, without, found[0].fit, found[0], [*others, 0.7])
+
+
+def test_what_stands_beside_a_simpler_form_is_sought_beside_the_one_that_fits_best(softened):
+    """Of two that explain the same to a hundredth the simpler is named, and the other is the truer form."""
+    ranked, _ = screen(softened, ['load_stroke'])
+    best = rivals_for(softened, ranked, None)[0]
+    drop = penalised(softened) - best.score
+    simple = replace(best, effect='shear_softening', score=best.score + 0.01 * drop)
+    assert truer([best, simple], 'shear_softening', drop) is best
+    assert truer([best, simple], 'load_stroke', drop) is None
+    beaten = replace(simple, score=best.score + 0.5 * drop)
+    assert truer([best, beaten], 'shear_softening', drop) is None
 
 
 def test_what_a_swing_leaves_does_not_drown_the_rest():

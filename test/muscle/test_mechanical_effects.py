@@ -200,6 +200,37 @@ def test_switching_effects_converge_with_the_step(name):
     assert errors[2] < 1e-5
 
 
+@pytest.mark.parametrize('law', [0, 1])
+def test_a_pulley_rubs_in_proportion_to_the_force_over_it_and_a_guide_alike_under_any(law):
+    """The play of the end at 45 K above the room, while warming and while cooling: 2 Ff/k as far as it has built up."""
+    stiff = {'C': 1e-4, 'friction.d': 1e-6, 'friction.law': float(law)}
+    seconds = np.arange(0.0, 4.0, 0.01)
+    wanted = 70.0 * (1.0 - np.abs(seconds / 2.0 - 1.0))
+    current = np.sqrt(0.01933 * wanted / (14.0 * (1.0 + 0.003 * wanted)))
+    plays = []
+    for load in (0.5, 1.5):
+        run = simulate(NOMINAL.replace(stiff).with_effects('friction'), seconds, current, load=load)
+        peak, T = int(np.argmax(run.temperature)), run.temperature
+        at = T[0] + 45.0
+        up = np.interp(at, T[:peak], run.displacement[:peak])
+        down = np.interp(-at, -T[peak:], run.displacement[peak:])
+        plays.append((down - up) * float(stiffness(np.array([at]))[0]))
+    assert plays[0] == pytest.approx(2 * 0.01, rel=0.02)
+    assert plays[1] == pytest.approx(plays[0] * (3.0 if law else 1.0), rel=0.02)
+
+
+def test_a_pulley_that_is_relieved_holds_no_more_than_it_can():
+    """Friction that had built up under a load does not outlast it."""
+    time = np.arange(0.0, 80.0, 0.02)
+    load = np.where(time < 40.0, 1.2, 0.05)
+    muscle = NOMINAL.replace({'friction.law': 1.0, 'friction.Ff': 0.05}).with_effects('friction')
+    current = np.where((time > 5.0) & (time < 30.0), 0.2, 0.0)
+    free, rubbed = (simulate(m, time, current, load=load) for m in (NOMINAL, muscle))
+    held = np.abs(rubbed.displacement - free.displacement) * stiffness(free.temperature)
+    assert held[time < 40.0].max() == pytest.approx(0.05 * 1.2 / 0.5, rel=0.02)
+    assert held[time > 41.0].max() <= 1.001 * 0.05 * 0.05 / 0.5
+
+
 @pytest.mark.parametrize('law', [0.0, 1.0])
 def test_hysteresis_does_not_depend_on_the_rate(law):
     """A triangle of temperature, and one four times slower: displacement over temperature is the same."""

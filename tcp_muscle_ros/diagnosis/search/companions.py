@@ -7,15 +7,23 @@ from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
-from tcp_muscle_ros.diagnosis.search.company import Contest, good_company, largest_share, least_of_all, least_of_rest
+from tcp_muscle_ros.diagnosis.search.company import (
+    NEAR,
+    Contest,
+    alone_explains,
+    bends,
+    beside_it,
+    good_company,
+    largest_share,
+    least_of_all,
+    least_of_rest,
+)
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.search.picking import pick
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised, turned
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
 
 _PROMISES = 2.0  # least drops, worth the time of its refits: what is found promises several times as much
-# Of what is left, an effect that none comes near takes so much that it may be less of what was missed.
-_MOST, _LITTLE, _NEAR = 0.7, 0.001, 0.65
 _PLAIN = 5.0  # least drops
 
 
@@ -50,10 +58,10 @@ def companions(
             rest = least_of_rest(rival, rival.policy.of_rest_at_first)
             if good_company(calibrated, beside, after, rest, _least(rival)):
                 return True
-            alone = not _bends(rival) and _stands_alone(rival, rivals, beside)
-            if alone and _no_weather(rival, beside):
+            alike = beside_it(rival.effect, rivals, penalised(beside))
+            if not bends(rival) and max(alike, default=0.0) < NEAR and _no_weather(rival, beside):
                 return True
-            return alone and good_company(calibrated, beside, after, least_of_rest(rival, _MOST), _LITTLE)
+            return alone_explains(calibrated, beside, after, rival, alike)
 
         pool = [e for e in effects if e not in contests]
         picked = pick(beside, structures(beside), pool, good, progress, least=_PROMISES)
@@ -112,23 +120,11 @@ def _no_weather(rival: Rival, beside: Fit) -> bool:
     return _has_course(beside) and plain and rival.definition.stage in ('electrical', 'mechanical')
 
 
-def _stands_alone(rival: Rival, rivals: Sequence[Rival], beside: Fit) -> bool:
-    """Whether no other effect explains nearly as much: what a form misses, several explain."""
-    bare = penalised(beside)
-    return all(bare - r.score < _NEAR * (bare - rival.score) for r in rivals if r is not rival)
-
-
-def _bends(rival: Rival) -> bool:
-    """Whether it bends to what any form misses: what differs from recording to recording, and physics the other way
-    round than it is known."""
-    return rival.definition.circumstance or turned(rival)
-
-
 def _least(rival: Rival) -> float:
     """Of all that was missed, what an effect must take away beside others.
 
     Beside a draught, whose course is free, no form misses much.
     """
-    if _bends(rival):
+    if bends(rival):
         return least_of_all(rival)
     return 0.0 if _has_course(rival.fit) else rival.policy.companion_of_all

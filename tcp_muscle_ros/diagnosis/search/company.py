@@ -1,7 +1,7 @@
 """Company: what an effect is worth beside the others, whether something else could take its place, and what unseen data
 say of it then."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
@@ -19,10 +19,14 @@ from tcp_muscle_ros.diagnosis.search.rivals import (
     prefer,
     sound,
     times_usual,
+    truer,
+    turned,
 )
 
 _REVISED = 3  # rivals that an effect must hold against
 _MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
+# Of what is left, an effect that none comes near takes so much that it may be less of what was missed.
+_MOST, _LITTLE, NEAR = 0.7, 0.001, 0.65
 _LEAST_APART = 0.08  # of what an effect beside others takes of all at least, where an effect stands apart
 _TRIFLE = 0.1  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
@@ -63,6 +67,26 @@ def good_company(calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all
     if apart:
         least *= max(_LEAST_APART, min(1.0, (1.0 - took) / (1.0 - policy.of_rest_at_first)))
     return took >= rest and largest_share(calibrated, without, fitted) >= least
+
+
+def alone_explains(calibrated: Fit, without: Fit, fitted: Fit, rival: Rival, others: Sequence[float]) -> bool:
+    """Whether an effect takes most of what is left, and none of the ``others`` (shares of the drop that it brings)
+    nearly as much: what a form leaves, several effects explain. Then it may be little beside a stronger one."""
+    if bends(rival) or any(other >= NEAR for other in others):
+        return False
+    return good_company(calibrated, without, fitted, least_of_rest(rival, _MOST), _LITTLE)
+
+
+def beside_it(effect: str, rivals: Sequence[Rival], bare: float) -> list[float]:
+    """What each of the others explains of what an effect does; ``bare``: the score without any."""
+    drop = max((bare - r.score for r in rivals if r.effect == effect), default=0.0)
+    return [(bare - r.score) / drop if drop > 0.0 else 1.0 for r in rivals if r.effect != effect]
+
+
+def bends(rival: Rival) -> bool:
+    """Whether it bends to what any form misses: what differs from recording to recording, and physics the other way
+    round than it is known."""
+    return rival.definition.circumstance or turned(rival)
 
 
 def foretelling(bare: Fit, chosen: Rival, rivals: Sequence[Rival]) -> Rival:
@@ -247,6 +271,29 @@ def revise(
     return present, accepted, contests
 
 
+def _beside_each_form(
+    effect: str, bare: Fit, present: Fit, accepted: Sequence[str], contests: Mapping[str, Contest]
+) -> Iterator[tuple[Fit, Fit]]:
+    """The fits without an effect and with it: beside the others as they are named, and with the form in the place of
+    one of them that fits best, where it is not named for not being the simplest."""
+    yield bare, present
+    for other in accepted:
+        drop, rivals = contests[other]
+        instead = truer(rivals, other, drop) if other != effect and present.problem.work.left else None
+        if instead is not None and effect in instead.fit.problem.parameters.effects:
+            yield shrink(instead.fit, effect), instead.fit
+
+
+def _fits_in(calibrated: Fit, without: Fit, having: Fit, rival: Rival, contest: Contest, apart: bool) -> bool:
+    """Whether an effect is good company for the others: by what it takes of what is left, and of all."""
+    (drop, rivals), policy = contest, rival.policy
+    rest = policy.of_rest_at_first if beyond_form(calibrated, without, having) else policy.of_rest
+    if good_company(calibrated, without, having, rest, least_of_all(rival), apart=apart):
+        return True
+    alike = beside_it(rival.effect, rivals, min(r.score for r in rivals) + drop)
+    return alone_explains(calibrated, without, having, rival, alike)
+
+
 def confirm(
     present: Fit, accepted: list[str], contests: dict[str, Contest], calibrated: Fit, alone: bool = True
 ) -> tuple[Fit, list[str], dict[str, tuple[Gain, float]], tuple[Fold, ...]]:
@@ -256,19 +303,21 @@ def confirm(
     conditions if they could speak for every effect, else stretches.
     """
     standing: dict[str, tuple[Gain, float]] = {}
-    policy, other_conditions = present.problem.policy, bool(conditions(present.problem))
+    other_conditions = bool(conditions(present.problem))
     strongest = max(accepted, key=lambda e: contests[e][0], default='') if alone else ''
     for effect in sorted(accepted, key=lambda e: contests[e][0]):
         bare, rival = shrink(present, effect), _itself(effect, present)
         gain, looked_at = confirmation(bare, present)
-        apart = stands_apart(effect, present, accepted)
         swings = effect == present.problem.model.roles.swings  # unseen data confirmed it when it was picked, see above
         holds = swings or gain.holds
-        rest = policy.of_rest_at_first if beyond_form(calibrated, bare, present) else policy.of_rest
+        apart = stands_apart(effect, present, accepted)
         fits_in = (
             swings
             or effect == strongest
-            or good_company(calibrated, bare, present, rest, least_of_all(rival), apart=apart)
+            or any(
+                _fits_in(calibrated, without, having, rival, contests[effect], apart)
+                for without, having in _beside_each_form(effect, bare, present, accepted, contests)
+            )
         )
         trace = any(r.effect == effect and not begins(r) for r in contests[effect][1])  # and foretold all the same
         if holds and fits_in and (sound(rival) if trace else begins(rival)):

@@ -57,6 +57,18 @@ def close_rivals(rivals: Sequence[Rival], drop: float, share: float = 1.0) -> li
     return [r for r in rivals if r.score - best < share * margin(drop, r.policy)]
 
 
+def truer(rivals: Sequence[Rival], named: str, drop: float) -> Rival | None:
+    """The physics that fits best, where another of these rivals is named in its place for being simpler.
+
+    What the simpler form leaves hides what stands beside it: that is sought, and judged, beside this one.
+    """
+    best = min(rivals, key=lambda r: r.score)
+    simple = next((r for r in close_rivals(rivals, drop) if r.effect == named), None)
+    if simple is None or own(best) or not best.definition.of_muscle or not begins(best):
+        return None
+    return best if simple.score - best.score >= best.policy.told_apart else None
+
+
 def penalised(fitted: Fit) -> float:
     """The objective with a price on parameters of effects, so that a flexible rival does not win by flexibility."""
     count = sum('.' in u.name for u in fitted.problem.unknowns)

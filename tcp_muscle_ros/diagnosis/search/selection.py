@@ -18,6 +18,8 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, stru
 from tcp_muscle_ros.diagnosis.search.companions import companions, stand_ins
 from tcp_muscle_ros.diagnosis.search.company import (
     Contest,
+    alone_explains,
+    beside_it,
     confirm,
     disguised,
     good_company,
@@ -31,7 +33,7 @@ from tcp_muscle_ros.diagnosis.search.holdout import Fold, Gain, HeldOut, confirm
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked, pick
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, close_rivals, margin, penalised, truer
 from tcp_muscle_ros.diagnosis.search.unrested import unrested
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
@@ -250,6 +252,8 @@ class _Search:
             picked = pick(self.present, self.structure, pool, self._good, self.progress)
             self.first = self.first or picked
             if picked.rival is None:
+                picked = self._beside_a_truer_form(pool) or picked
+            if picked.rival is None:
                 break
             effect = picked.rival.effect
             self.accepted.append(effect)
@@ -261,11 +265,36 @@ class _Search:
             self.present, self.structure = settle_noise(self.present, 1)
         return None
 
-    def _good(self, rival: Rival, _rivals: Sequence[Rival]) -> bool:
+    def _beside_a_truer_form(self, pool: Sequence[str]) -> Picked | None:
+        """What can be picked beside the form that fits best, where the last one was accepted for being simpler; that
+        one is accepted in its place then."""
+        if not self.accepted or not self.present.problem.work.left:
+            return None
+        simple = self.accepted[-1]
+        drop, rivals = self.contests[simple]
+        instead = truer(rivals, simple, drop)
+        if instead is None:
+            return None
+        was = self.present, self.structure
+        self.present, self.structure = settle_noise(unrested(instead.fit), 1)
+        self.accepted[-1] = instead.effect
+        picked = pick(self.present, self.structure, [e for e in pool if e != instead.effect], self._good, self.progress)
+        if picked.rival is None:
+            self.present, self.structure = was
+            self.accepted[-1] = simple
+            return None
+        self.contests[instead.effect] = self.contests.pop(simple)
+        return picked
+
+    def _good(self, rival: Rival, rivals: Sequence[Rival]) -> bool:
+        if not self.accepted and not self.slipping:
+            return True
         apart = stands_apart(rival.effect, rival.fit, self.accepted)
-        alone = not self.accepted and not self.slipping
         rest = least_of_rest(rival, rival.policy.of_rest_at_first)
-        return alone or good_company(self.calibrated, self.present, rival.fit, rest, least_of_all(rival), apart=apart)
+        if good_company(self.calibrated, self.present, rival.fit, rest, least_of_all(rival), apart=apart):
+            return True
+        alike = beside_it(rival.effect, rivals, penalised(self.present))
+        return alone_explains(self.calibrated, self.present, rival.fit, rival, alike)
 
     def _calm(self) -> Fit | None:
         """Weigh less what a swing leaves; the fit with the slips that it hid, if there are any."""
