@@ -5,9 +5,10 @@ python -m proof.investigated --muscles 60 --seed 25 --output DIR [--document doc
 Each muscle is investigated by the code of ``tcp_muscle investigate`` (its loop, first protocols, limits, diagnosis)
 with a budget of 90 min of muscle time. Then the same muscle, new again, is recorded for as long as that took in three
 other ways: ``passive`` (one cycle under one load over and over), ``random`` (protocols of the book drawn at random) and
-``book`` (all of them in a fixed order). Goes on muscle by muscle where it was stopped; singles and pairs take turns,
-so that a part of the muscles is a fair table. The first ``--behind-nodes N`` are investigated by the command itself:
-real processes over DDS, in lockstep with ``proof.truth_node``.
+``book`` (all of them in a fixed order). Goes on muscle by muscle where it was stopped, elsewhere too by the file of
+``--results``; singles and pairs take turns, so that a part of the muscles is a fair table. The first
+``--behind-nodes N`` are investigated by the command itself: real processes over DDS, in lockstep with
+``proof.truth_node``.
 """
 
 import argparse
@@ -117,10 +118,12 @@ def as_experiment(protocol: Protocol, ambient: float) -> Experiment:
 class Muscle:
     """All that is done to one muscle, in a folder; ``result.json`` there says what is done already."""
 
-    def __init__(self, folder: Path, seed: int, number: int, behind_node: bool = False) -> None:
+    def __init__(
+        self, folder: Path, seed: int, number: int, behind_node: bool = False, known: Mapping[str, Any] | None = None
+    ) -> None:
         self.folder, self.seed, self.number, self.behind_node = folder, seed, number, behind_node
         place = folder / 'result.json'
-        self.result: dict[str, Any] = _json(place) if place.is_file() else {}
+        self.result: dict[str, Any] = _json(place) if place.is_file() else dict(known or {})
 
     @cached_property
     def _drawn(self) -> tuple[Case, dict[str, Any]]:
@@ -146,7 +149,7 @@ class Muscle:
 
     def _investigated(self) -> None:
         case, said = self._drawn
-        self.result = {'number': self.number, 'label': said, 'ways': {}}
+        self.result = {'seed': self.seed, 'number': self.number, 'revision': commit(), 'label': said, 'ways': {}}
         (self._investigate_behind_node if self.behind_node else self._investigate)(case)
         reports = self.folder / 'reports'
         alternatives.run(self.folder / OURS / case.name, reports, said, self.folder / 'unseen', LIMITS)
@@ -289,6 +292,20 @@ def _json(path: Path) -> dict[str, Any]:
     return content
 
 
+def earlier(file: Path | None, seed: int) -> dict[int, dict[str, Any]]:
+    """The results of a seed that a file has, by the number of the muscle; none where there is no file yet."""
+    if file is None or not file.is_file():
+        return {}
+    results = map(json.loads, file.read_text(encoding='utf-8').splitlines())
+    return {r['number']: r for r in results if r['seed'] == seed}
+
+
+def keep(result: Mapping[str, Any], file: Path) -> None:
+    """Write a result at the end of a file."""
+    with file.open('a', encoding='utf-8') as out:
+        out.write(json.dumps(result, default=_plain) + '\n')
+
+
 def answer(result: Mapping[str, Any], way: str) -> Answer:
     """A result as the scores of the proof take it."""
     found = result['ways'][way]
@@ -306,7 +323,7 @@ def document(results: Sequence[Mapping[str, Any]], command: str) -> str:
         '# What investigate finds, beside other recordings',
         '',
         f'Made by `{command}` on {date.today()},',
-        f'revision {commit()}, on {machine()}:',
+        f'revision {", ".join(dict.fromkeys(r["revision"] for r in results))}, on {machine()}:',
         f'{counts["single"]} muscles with one concealed effect, {counts["double"]} with two; '
         f'an investigation took {seconds:.0f} s of processor time (median).',
         '',
@@ -362,22 +379,27 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--muscles', type=int, default=60)
     parser.add_argument('--seed', type=int, default=25)
     parser.add_argument('--output', type=Path, required=True)
+    parser.add_argument('--results', type=Path, help='a file with the results so far, to which new ones are added')
     parser.add_argument('--document', type=Path, help='write the table of what is done so far')
     parser.add_argument('--ways', nargs='*', choices=WAYS, default=WAYS, help='that are recorded beside it (all)')
     parser.add_argument('--behind-nodes', type=int, default=0, metavar='N', help='the first N by the command, over DDS')
     parser.add_argument('--only-document', action='store_true', help='investigate nothing more')
     chosen = parser.parse_args(arguments)
     one_of_linear_algebra()
+    known = earlier(chosen.results, chosen.seed)
     results = []
     for number in range(chosen.muscles):
         behind = number < chosen.behind_nodes
-        muscle = Muscle(chosen.output / f'muscle_{number:02d}', chosen.seed, number, behind)
+        folder = chosen.output / f'muscle_{number:02d}'
+        muscle = Muscle(folder, chosen.seed, number, behind, known.get(number))
         if chosen.only_document and not muscle.result:
-            break
+            continue
         if not chosen.only_document:
             print(f'muscle {number}', flush=True)
             muscle.run(chosen.ways)
         results.append(muscle.result)
+        if chosen.results and muscle.result != known.get(number):
+            keep(muscle.result, chosen.results)
         said = answer(results[-1], OURS)
         named = [finding['effect'] for finding in said.findings]
         print(f'muscle {number}: {said.truth}, named {named}: {"exactly" if exact(said) else "no"}', flush=True)

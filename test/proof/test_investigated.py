@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proof.investigated import OURS, Bench, Plant, as_experiment, document, drawn
+from proof.investigated import OURS, Bench, Muscle, Plant, as_experiment, document, drawn, earlier, keep
 from tcp_muscle_ros.commands.exploring import kept_back_protocol
 from tcp_muscle_ros.commands.investigation import render
 from tcp_muscle_ros.recording.bag import read_bag
@@ -49,7 +49,9 @@ def result(number, kind, truth, named, **others):
 
     steps = [{'step': 'run', 'duration_s': 600.0}, {'step': 'kept_back', 'duration_s': 120.0}]
     return {
+        'seed': 25,
         'number': number,
+        'revision': 'abc1234',
         'label': {'kind': kind, 'effects': effects, 'noise': NOISE},
         'limits': {'recalibration': {'temperature': 0.7}, 'oracle': {'temperature': 0.2}},
         'ways': {
@@ -84,3 +86,17 @@ def test_ways_are_compared_on_the_muscles_that_were_recorded_in_all_of_them():
     assert '| 0/1 (' in lines['passive']
     assert '| 1/1 (' in lines[f'{OURS}, the same 1 muscles']
     assert '| 1/2 (' in lines[OURS]
+
+
+def test_results_of_an_earlier_run_are_not_made_again(tmp_path, monkeypatch):
+    file = tmp_path / 'results.jsonl'
+    assert earlier(file, 25) == {}
+    done = result(7, 'double', ['radiation', 'creep'], ['creep', 'radiation'])
+    keep(done, file)
+    keep({**done, 'seed': 26}, file)
+    assert earlier(file, 25) == {7: done}
+    again = Muscle(tmp_path / 'muscle_07', 25, 7, known=earlier(file, 25)[7])
+    monkeypatch.setattr(Muscle, '_investigated', lambda self: pytest.fail('it was investigated again'))
+    again.run(())
+    assert again.result == done
+    assert 'revision abc1234,' in document([done, {**done, 'number': 9}], 'command')
