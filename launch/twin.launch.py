@@ -12,7 +12,7 @@ ARGUMENTS = [
     ('namespace', '', 'namespace of the muscle, its controller and its twin'),
     ('params_file', '', 'parameter file of the simulated muscle; empty: the paper with the concealed effect'),
     ('concealed', 'natural_convection', 'the effect that the simulated muscle has and the twin does not know'),
-    ('model_file', '', 'parameter file of the muscle that the twin assumes; empty: that of the paper'),
+    ('model_file', '', 'parameter file of the muscle that twin and controller assume; empty: that of the paper'),
     ('rig_file', '', 'rig.yaml: what the instruments do'),
     ('auto_diagnose', 'false', 'whether an alarm starts a diagnosis'),
     ('auto_adopt', 'false', 'whether a model that predicts better is adopted, by the controller too'),

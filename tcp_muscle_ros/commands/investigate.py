@@ -12,23 +12,25 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
-from tcp_muscle_ros.commands.run import add_rig_arguments, allowed_by, play, rig_limits
+from tcp_muscle_ros.commands.run import add_rig_arguments, allowed_by, driver_allows, play, rig_limits
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import add_force_argument
 
 if TYPE_CHECKING:
     from tcp_muscle_ros.commands.investigation import Investigation
+    from tcp_muscle_ros.control.playing import Allowed
     from tcp_muscle_ros.muscle import Parameters
+    from tcp_muscle_ros.recording.protocol import Protocol
     from tcp_muscle_ros.settings.rig import RigLimits
 
 _INTERRUPTED = 130
 _LEAST_IMPROVED = 1e-12
-_SETTINGS = 'settings.json'
+_SETTINGS, _ALLOWED = 'settings.json', 'allowed.json'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for runs, reports and the log')
     parser.add_argument('--resume', action='store_true', help='continue an investigation that was stopped')
     add_force_argument(parser)
-    parser.add_argument('--first', metavar='PROTOCOL.yaml', help='record this first (default: six protocols, 22 min)')
+    parser.add_argument(
+        '--first',
+        metavar='PROTOCOL.yaml',
+        help='record this first (default: six, 22 min; four, 14 min, where the load stays)',
+    )
     parser.add_argument(
         '--minutes', type=float, default=90.0, metavar='N', help='most minutes on the muscle (default: 90)'
     )
@@ -95,17 +101,59 @@ def run(args: argparse.Namespace) -> int:
 def _investigation(
     args: argparse.Namespace, folder: Path, model: Parameters, limits: RigLimits | None
 ) -> Callable[[], Investigation]:
-    """What makes the investigation in its folder. BadInput where it may not be begun."""
-    from tcp_muscle_ros.commands.exploring import first_protocols, further_protocols, kept_back_protocol, loads_about
+    """What makes the investigation in its folder, once the muscle's driver has said what it allows. BadInput where it
+    may not be begun."""
     from tcp_muscle_ros.commands.investigation import Budget, Investigation, allowed_of
+
+    if not (args.minutes > 0.0 and args.runs >= 2 and args.cycles >= 1):
+        raise BadInput('expected --minutes above 0, --runs of 2 or more (one is kept back) and --cycles of 1 or more')
+    muscle = _Simulated(args.simulated, limits) if args.simulated else _Live(args, model, limits)
+    _protocols(args, model, limits, allowed_by(limits, None))
+
+    def begin() -> Investigation:
+        allowed = _agreed(folder, muscle.allowed)
+        rounds, kept = _protocols(args, model, limits, allowed)
+        return Investigation(
+            folder,
+            muscle,
+            lambda bags, report: _diagnosed(bags, report, args.params, args.rig),
+            rounds,
+            kept,
+            lambda protocol: allowed_of(protocol, model, allowed),
+            Budget(60.0 * args.minutes, args.runs, args.cycles),
+            _say,
+        )
+
+    return begin
+
+
+def _agreed(folder: Path, ask: Callable[[], Allowed]) -> Allowed:
+    """What rig and driver allowed when the investigation began: what goes on is the same investigation."""
+    from tcp_muscle_ros.control.playing import Allowed
+
+    file = folder / _ALLOWED
+    if file.is_file():
+        known = json.loads(file.read_text(encoding='utf-8'))
+        return Allowed(**{**known, 'loads': tuple(known['loads'])})
+    allowed = ask()
+    draft = file.with_suffix('.draft')
+    draft.write_text(json.dumps(asdict(allowed), indent=1) + '\n', encoding='utf-8')
+    draft.replace(file)  # whole, or not there
+    return allowed
+
+
+def _protocols(
+    args: argparse.Namespace, model: Parameters, limits: RigLimits | None, allowed: Allowed
+) -> tuple[list[list[Protocol]], Protocol]:
+    """What is recorded round by round, and the run that is kept back, with the current that is allowed."""
+    from tcp_muscle_ros.commands.exploring import first_protocols, further_protocols, kept_back_protocol, loads_about
+    from tcp_muscle_ros.commands.investigation import allowed_of
     from tcp_muscle_ros.muscle import ZERO_CELSIUS
     from tcp_muscle_ros.recording.protocol import read_protocol
     from tcp_muscle_ros.settings.operating import OPERATING
     from tcp_muscle_ros.settings.parameter_file import read
 
-    if not (args.minutes > 0.0 and args.runs >= 2 and args.cycles >= 1):
-        raise BadInput('expected --minutes above 0, --runs of 2 or more (one is kept back) and --cycles of 1 or more')
-    file, allowed = read(args.params), allowed_by(limits, None)
+    file = read(args.params)
     current = min(allowed.current, float(OPERATING['current_limit_a'].default))  # type: ignore[arg-type]
     load, ambient = file.number('load_n'), file.number('ambient_temperature_c') + ZERO_CELSIUS
     if allowed.loads:
@@ -113,21 +161,9 @@ def _investigation(
     by_itself = bool(args.simulated or args.yes or (limits is not None and not limits.by_person))
     loads = loads_about(load, allowed.loads) if by_itself else (load,)
     first = [read_protocol(args.first)] if args.first else first_protocols(current, loads, load, ambient)
-    kept = kept_back_protocol(current, load, ambient)
-    simulated = _Simulated(args.simulated) if args.simulated else None
     rounds = [first, *further_protocols(current, loads, load, ambient)]
-    allowed_rounds = [[allowed_of(one, model, allowed) for one in those] for those in rounds]
-    allowed_kept = allowed_of(kept, model, allowed)
-    return lambda: Investigation(
-        folder,
-        simulated or _Live(args, model, limits),
-        lambda bags, report: _diagnosed(bags, report, args.params, args.rig),
-        allowed_rounds,
-        allowed_kept,
-        lambda protocol: allowed_of(protocol, model, allowed),
-        Budget(60.0 * args.minutes, args.runs, args.cycles),
-        _say,
-    )
+    kept = kept_back_protocol(current, load, ambient)
+    return [[allowed_of(one, model, allowed) for one in those] for those in rounds], allowed_of(kept, model, allowed)
 
 
 @dataclass(frozen=True)
@@ -137,6 +173,10 @@ class _Live:
     args: argparse.Namespace
     model: Parameters
     limits: RigLimits | None
+
+    def allowed(self) -> Allowed:
+        """What rig and driver allow."""
+        return driver_allows(self.limits, self.args.namespace, 'current', _say)
 
     def record(self, protocol: Path, bag: Path) -> Sequence[Path]:
         """As ``tcp_muscle run`` does."""
@@ -162,6 +202,11 @@ class _Simulated:
     """A muscle of which only its parameter file knows what it is."""
 
     params: str
+    limits: RigLimits | None
+
+    def allowed(self) -> Allowed:
+        """What the rig allows: there is no driver."""
+        return allowed_by(self.limits, None)
 
     def record(self, protocol: Path, bag: Path) -> Sequence[Path]:
         """As ``tcp_muscle simulate`` does; each run with noise of its own."""

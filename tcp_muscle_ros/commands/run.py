@@ -235,6 +235,13 @@ def allowed_by(limits: RigLimits | None, answer: Answer | None) -> Allowed:
     )
 
 
+def driver_allows(limits: RigLimits | None, namespace: str, kind: str, say: Callable[[str], None]) -> Allowed:
+    """What rig and driver allow of a command (current, power or voltage) to the muscle that answers there. BadInput
+    where none does."""
+    with _runner_class()(namespace, kind, _hottest(limits), say) as runner:
+        return allowed_by(limits, runner.answer())
+
+
 def _known(protocol: Protocol, part: Part, more: dict[str, object] | None) -> dict[str, object]:
     return {
         'end': protocol.end,

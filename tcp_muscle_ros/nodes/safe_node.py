@@ -266,11 +266,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
 
     def look_for_unmatched(self) -> None:
         """Ask the graph who there is not heard, or does not hear."""
-        unmatched = self.topics.mismatches()
-        for topic, sentence in unmatched.items():
-            if self.unmatched.get(topic) != sentence:
-                self.get_logger().warning(sentence)
-        self.unmatched = unmatched
+        self.unmatched = self.topics.mismatches_since(self.unmatched, self.get_logger().warning)
 
     def _publish_diagnostics(self, reports: Iterable[tuple[M, Report]], more: Iterable[DiagnosticStatus] = ()) -> None:
         loop = self.loop

@@ -112,6 +112,14 @@ class Topics:
                 _note(found, topic, one.msg_type, [(other, mine, other.qos_profile) for other in others])
         return found
 
+    def mismatches_since(self, before: Mapping[str, str], tell: Callable[[str], object]) -> dict[str, str]:
+        """The same; what was not there ``before`` is told."""
+        now = self.mismatches()
+        for topic, sentence in now.items():
+            if before.get(topic) != sentence:
+                tell(sentence)
+        return now
+
     def _overriding(self, topic: str, end: str) -> QoSOverridingOptions:
         """The policies that are overridden; declared as parameters only then, so that the list of them stays short."""
         prefix = f'{OVERRIDES}{self._node.resolve_topic_name(topic)}.{end}.'

@@ -12,7 +12,7 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.nodes.polled import Inputs
-from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS, Topics
+from tcp_muscle_ros.nodes.topics import MEASUREMENT_QOS, Topics
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -38,8 +38,10 @@ class Hearing:
         for name in HEARD:
             kind = CHANNELS[name]
             message = Temperature if kind.stamped else Float64
-            qos = COMMAND_QOS if name == 'load' else MEASUREMENT_QOS
-            made, read = topics.subscription(message, kind.topic, _unused, qos, self._inputs.group), _reader(name)
+            made, read = (
+                topics.subscription(message, kind.topic, _unused, MEASUREMENT_QOS, self._inputs.group),
+                _reader(name),
+            )
             self._subscriptions.append((name, message, made, read))
             self._inputs.add(made, message, self._taker(name, read))
 

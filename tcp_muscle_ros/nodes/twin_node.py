@@ -87,6 +87,7 @@ class TwinNode(Node):  # type: ignore[misc]
         self._base = FollowingTime(self, self._collect) if simulated else SteadyTime(self.get_clock())
         self._collected: list[Heard] = []  # ticks of a simulation in lockstep
         self._out_of_step: dict[str, str] = {}
+        self._unmatched: dict[str, str] = {}
         self._topics = Topics(self)
         self._publish_on(self._topics)
         self.create_service(Trigger, '~/reset', self._reset)
@@ -245,6 +246,7 @@ class TwinNode(Node):  # type: ignore[misc]
                 self._propose(alarm)
         self._controller.believe(self._twin.predictor.source)
         self._out_of_step = out_of_step(self, self._base, self._hearing.topics)
+        self._unmatched = self._topics.mismatches_since(self._unmatched, self.get_logger().warning)
         self._publish_diagnostics()
 
     def _propose(self, alarm: Alarm) -> None:
@@ -262,15 +264,18 @@ class TwinNode(Node):  # type: ignore[misc]
         twin, difference = self._twin, self._twin.difference
         now = self._base.now() / SECOND if self._base.collects else time.time()
         silent = self._follows_since is None or now - self._then > LONGEST_STEP or bool(self._out_of_step)
-        reason = next(iter(self._out_of_step.values()), '')
+        reason = '; '.join((*self._out_of_step.values(), *self._unmatched.values()))
         message = 'waits for a muscle' + (f': {reason}' if reason else '') if silent else twin.state.value
         if difference is not None and not silent:
             message += (
                 f': {difference.stage}, by its {difference.channel}, since {self._then - difference.since:.0f} s, '
                 f'{100.0 * difference.sure:.0f} % of all that differs'
             )
+        if self._unmatched and not silent:
+            message += '; ' + '; '.join(self._unmatched.values())
+        well = twin.state is State.FOLLOWS and not silent and not self._unmatched
         status = DiagnosticStatus(
-            level=DiagnosticStatus.OK if twin.state is State.FOLLOWS and not silent else DiagnosticStatus.WARN,
+            level=DiagnosticStatus.OK if well else DiagnosticStatus.WARN,
             name=self.get_fully_qualified_name(),
             message=message,
             values=[

@@ -96,6 +96,18 @@ def test_a_sensor_that_cannot_be_heard_is_said_to_be_one(bench, controllers, dia
         bench.until(lambda: said(diagnostics, node).startswith('enabled'), 'a reliable one is not heard')
 
 
+def test_a_twin_hears_every_measurement_either_way_and_says_what_it_cannot_hear(bench, diagnostics):
+    override = '-p', 'qos_overrides./watched/displacement.subscription.reliability:=reliable'
+    bench.start('twin_node', 'watched', *override)
+    load = bench.node.create_publisher(Float64, '/watched/load', offered(BEST_EFFORT))
+    with Sensor(bench, 'watched', BEST_EFFORT):
+        expected = 'incompatible QoS on /watched/displacement with /bench'
+        bench.until(lambda: expected in said(diagnostics, '/watched/twin_node'), 'not said', 120.0)
+        bench.until(load.get_subscription_count, 'its load is not heard')
+        assert '/watched/load' not in said(diagnostics, '/watched/twin_node')
+    bench.until(bench.executor.create_task(lambda: bench.node.destroy_publisher(load)).done, 'the bench hangs')
+
+
 @pytest.fixture(scope='module')
 def hand(bench):
     mistyped = '-p', 'qos_overrides./hand/thumb/displacment.publisher.depth:=3'

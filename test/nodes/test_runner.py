@@ -265,6 +265,23 @@ def test_a_fault_of_the_driver_and_a_muscle_hotter_than_the_rig_allows_end_it(be
         assert not kept.notes and kept['current_command'].value[-1] == 0.0
 
 
+def test_an_investigation_asks_the_driver_how_much_current_it_allows(bench, tmp_path):
+    """Its protocols are made gentler by tenths until they are allowed, and a resumed one keeps to the same."""
+    current = bench.listen('/weak/current')
+    bench.start('sim_node', 'weak', current_limit_a=0.15)
+    bench.until(lambda: current, 'sim_node publishes nothing', 120.0)
+    first, found = tmp_path / 'first.yaml', tmp_path / 'found'
+    first.write_text(PROTOCOL % (60.0, ''))
+    command = ['investigate', '--first', str(first), '--namespace', 'weak', '--yes', '--output', str(found)]
+    for more in ([], ['--resume']):
+        current.clear()
+        program = bench.run(['-m', 'tcp_muscle_ros.tool', *command, *more], 'investigate')
+        bench.until(lambda: current and current.last.data == pytest.approx(0.2 * 0.9**3), 'nothing flows', 120.0)
+        program.process.send_signal(signal.SIGINT)
+        assert 'interrupted' in ended(bench, program, 130)
+    assert json.loads((found / 'allowed.json').read_text())['current'] == 0.15
+
+
 def test_a_commander_that_comes_meanwhile_or_a_muscle_that_dies_ends_it(bench, tmp_path):
     muscle = bench.start('sim_node', 'mortal')
     current = bench.listen('/mortal/current')
