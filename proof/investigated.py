@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from datetime import date
 from functools import cached_property
@@ -123,7 +124,7 @@ class Muscle:
     ) -> None:
         self.folder, self.seed, self.number, self.behind_node = folder, seed, number, behind_node
         place = folder / 'result.json'
-        self.result: dict[str, Any] = _json(place) if place.is_file() else dict(known or {})
+        self.result: dict[str, Any] = _json(place) if place.is_file() else deepcopy(dict(known or {}))
 
     @cached_property
     def _drawn(self) -> tuple[Case, dict[str, Any]]:
@@ -135,6 +136,8 @@ class Muscle:
             shutil.rmtree(self.folder, ignore_errors=True)
             (self.folder / 'unseen').mkdir(parents=True)
             self._timed(OURS, self._investigated)
+        if not (self.folder / 'unseen').is_dir():  # investigated elsewhere, where the run that was kept back is
+            return
         for way in ways:
             if way not in self.result['ways']:
                 self._timed(way, lambda way=way: self._recorded(way))  # type: ignore[misc]
@@ -296,14 +299,17 @@ def earlier(file: Path | None, seed: int) -> dict[int, dict[str, Any]]:
     """The results of a seed that a file has, by the number of the muscle; none where there is no file yet."""
     if file is None or not file.is_file():
         return {}
-    results = map(json.loads, file.read_text(encoding='utf-8').splitlines())
+    lines = file.read_text(encoding='utf-8').split('\n')
+    results = map(json.loads, lines[:-1])  # what was being written when it was killed has no end
     return {r['number']: r for r in results if r['seed'] == seed}
 
 
 def keep(result: Mapping[str, Any], file: Path) -> None:
     """Write a result at the end of a file."""
-    with file.open('a', encoding='utf-8') as out:
-        out.write(json.dumps(result, default=_plain) + '\n')
+    there = file.read_text(encoding='utf-8') if file.is_file() else ''
+    draft = file.with_suffix('.draft')
+    draft.write_text(there[: there.rfind('\n') + 1] + json.dumps(result, default=_plain) + '\n', encoding='utf-8')
+    draft.replace(file)
 
 
 def answer(result: Mapping[str, Any], way: str) -> Answer:

@@ -91,7 +91,7 @@ class TruthNode:
     def _end(self) -> None:
         if self._stepping is not None:
             self._dose, self._stepping = self._stepping.dose, None
-            self._count += 1
+            self._count += self._heated  # else somebody only looked
 
     def _tick(self, stop: threading.Event) -> None:
         self._ticks += 1

@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _INTERRUPTED = 130
 _LEAST_IMPROVED = 1e-12
-_SETTINGS, _ALLOWED = 'settings.json', 'allowed.json'
+_SETTINGS = 'settings.json'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -86,8 +86,8 @@ def run(args: argparse.Namespace) -> int:
         settings = {**vars(args), 'replaces': before.name if before else ''}
         folder.mkdir(parents=True)
         (folder / _SETTINGS).write_text(json.dumps(settings, default=str, indent=1) + '\n')
-    investigation = begin()
     try:
+        investigation = begin()
         investigation.run()
     except KeyboardInterrupt:
         _say(f'{folder}: interrupted; --resume goes on')
@@ -103,7 +103,7 @@ def _investigation(
 ) -> Callable[[], Investigation]:
     """What makes the investigation in its folder, once the muscle's driver has said what it allows. BadInput where it
     may not be begun."""
-    from tcp_muscle_ros.commands.investigation import Budget, Investigation, allowed_of
+    from tcp_muscle_ros.commands.investigation import Budget, Investigation, Log, allowed_of
 
     if not (args.minutes > 0.0 and args.runs >= 2 and args.cycles >= 1):
         raise BadInput('expected --minutes above 0, --runs of 2 or more (one is kept back) and --cycles of 1 or more')
@@ -111,7 +111,8 @@ def _investigation(
     _protocols(args, model, limits, allowed_by(limits, None))
 
     def begin() -> Investigation:
-        allowed = _agreed(folder, muscle.allowed)
+        recorded = any(step['step'] == 'kept_back' for step in Log(folder).steps)  # then nobody is asked for more
+        allowed = allowed_by(limits, None) if recorded else muscle.allowed()
         rounds, kept = _protocols(args, model, limits, allowed)
         return Investigation(
             folder,
@@ -125,21 +126,6 @@ def _investigation(
         )
 
     return begin
-
-
-def _agreed(folder: Path, ask: Callable[[], Allowed]) -> Allowed:
-    """What rig and driver allowed when the investigation began: what goes on is the same investigation."""
-    from tcp_muscle_ros.control.playing import Allowed
-
-    file = folder / _ALLOWED
-    if file.is_file():
-        known = json.loads(file.read_text(encoding='utf-8'))
-        return Allowed(**{**known, 'loads': tuple(known['loads'])})
-    allowed = ask()
-    draft = file.with_suffix('.draft')
-    draft.write_text(json.dumps(asdict(allowed), indent=1) + '\n', encoding='utf-8')
-    draft.replace(file)  # whole, or not there
-    return allowed
 
 
 def _protocols(

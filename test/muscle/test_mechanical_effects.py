@@ -182,6 +182,24 @@ def test_load_stroke_may_grow_with_the_square_of_the_load():
     assert run.displacement == pytest.approx(0.15 + load / 23.0 - length, abs=1e-9)
 
 
+@pytest.mark.parametrize('rest', [0.03, 0.06])
+def test_a_pulley_before_a_spring_holds_as_the_force_over_it_is(rest):
+    """Warm and cooling again, the end is off its balance by friction over both stiffnesses, at any rate of ticks."""
+    spring = {'end': 'spring', 'spring_rate': 40.0, 'spring_rest_length': rest}
+    muscle = NOMINAL.replace({'friction.law': 1.0, 'friction.Ff': 0.1, 'friction.d': 1e-6}).with_effects('friction')
+    shown = []
+    for step in (0.02, 0.005):
+        time = np.arange(round(60.0 / step) + 1) * step
+        current = np.where((time >= 5.0) & (time < 30.0), 0.25, 0.0)
+        free, rubbed = (simulate(m, time, current, **spring) for m in (NOMINAL, muscle))
+        k = stiffness(free.temperature) + 40.0
+        held = (free.displacement - rubbed.displacement) * k / (0.1 / 0.5)
+        at = (time == 25.0) | (time == 50.0)
+        assert held[at] == pytest.approx(np.array([1.0, -1.0]) * free.force[at], rel=0.01)
+        shown.append(rubbed.displacement[at])
+    assert shown[0] == pytest.approx(shown[1], abs=1e-6)
+
+
 @pytest.mark.parametrize(
     'name', ['hysteresis', 'friction', 'first_cycle', 'branch_cte', 'fatigue', 'torsional_leakage']
 )

@@ -277,10 +277,15 @@ def _beside_each_form(
     """The fits without an effect and with it: beside the others as they are named, and with the form in the place of
     one of them that fits best, where it is not named for not being the simplest."""
     yield bare, present
+    having = set(present.problem.parameters.effects)
     for other in accepted:
         drop, rivals = contests[other]
-        instead = truer(rivals, other, drop) if other != effect and present.problem.work.left else None
-        if instead is not None and effect in instead.fit.problem.parameters.effects:
+        if other in (effect, present.problem.model.roles.swings) or not present.problem.work.left:
+            continue
+        instead = truer(rivals, other, drop)
+        # Contests may be older than what is accepted now.
+        company = instead and set(instead.fit.problem.parameters.effects) == having - {other} | {instead.effect}
+        if instead is not None and company and instead.effect != effect:
             yield shrink(instead.fit, effect), instead.fit
 
 

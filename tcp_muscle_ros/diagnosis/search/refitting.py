@@ -150,6 +150,8 @@ def _best_choice(base: Fit, candidate: Candidate, rival: Rival, progress: Callab
             else:
                 changed = replace(problem, parameters=problem.parameters.replace({key: float(other)}))
                 again = fit(changed, rival.fit.z, rounds=_HEAT, tolerance=1e-5, known=rival.fit.rough_slopes)
-            if again is not None and penalised(again) < best.score:
+            # What tells nothing of a choice (friction under one load) leaves the usual one.
+            unusual = int(other != row.value) - int(best.fit.problem.parameters[key] != row.value)
+            if again is not None and penalised(again) + unusual * problem.policy.per_parameter < best.score:
                 best = _to_the_end(Rival(rival.effect, again, penalised(again)))
     return best

@@ -39,6 +39,7 @@ from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
 
 _REVISIONS = 2
+_REVISABLE = 0.5  # of the work: what is accepted in another's place must still be held against it
 
 
 @dataclass(frozen=True)
@@ -268,9 +269,11 @@ class _Search:
     def _beside_a_truer_form(self, pool: Sequence[str]) -> Picked | None:
         """What can be picked beside the form that fits best, where the last one was accepted for being simpler; that
         one is accepted in its place then."""
-        if not self.accepted or not self.present.problem.work.left:
+        if not self.accepted or not self.present.problem.work.within(_REVISABLE):
             return None
         simple = self.accepted[-1]
+        if simple == self.roles.swings:
+            return None
         drop, rivals = self.contests[simple]
         instead = truer(rivals, simple, drop)
         if instead is None:

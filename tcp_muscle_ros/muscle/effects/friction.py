@@ -24,8 +24,13 @@ _FORCE = 0.5  # N
 
 @inner
 def _most(c: Array, q: Array) -> float:
-    """What it holds at most, N."""
-    most: float = c[0] if c[2] < 0.5 else c[0] * abs(q[FORCE]) / _FORCE
+    """What it holds at most, N. The force over a pulley is that where the end balances, before it is held back."""
+    if c[2] < 0.5:
+        return c[0]  # type: ignore[no-any-return]
+    over = q[FORCE]
+    if q[HELD] > 0.0 and q[COMPLIANCE] > 0.0:
+        over += (q[LENGTH] - q[EQUILIBRIUM_LENGTH]) / q[COMPLIANCE]
+    most: float = c[0] * abs(over) / _FORCE
     return most
 
 
