@@ -124,7 +124,8 @@ class Muscle:
     ) -> None:
         self.folder, self.seed, self.number, self.behind_node = folder, seed, number, behind_node
         place = folder / 'result.json'
-        self.result: dict[str, Any] = _json(place) if place.is_file() else deepcopy(dict(known or {}))
+        found: dict[str, Any] = _json(place) if place.is_file() else deepcopy(dict(known or {}))
+        self.result = {'seed': seed, 'revision': 'unknown', **found} if found else {}
 
     @cached_property
     def _drawn(self) -> tuple[Case, dict[str, Any]]:
