@@ -22,6 +22,7 @@ from tcp_muscle_ros.diagnosis.search.company import (
     stands_apart,
 )
 from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
+from tcp_muscle_ros.diagnosis.search.picking import Picked
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.diagnosis.search.rivals import (
     Rival,
@@ -322,6 +323,37 @@ def test_what_stands_beside_a_simpler_form_is_sought_beside_the_one_that_fits_be
     assert truer([best, simple], 'load_stroke', drop) is None
     beaten = replace(simple, score=best.score + 0.5 * drop)
     assert truer([best, beaten], 'shear_softening', drop) is None
+
+
+def test_the_simpler_form_gives_way_only_where_something_stands_beside_the_truer(softened, monkeypatch):
+    search = _Search(softened, None, ['load_stroke', 'shear_softening', 'creep'], None, 4)
+    ranked, _ = screen(softened, ['load_stroke'])
+    best = rivals_for(softened, ranked, None)[0]
+    drop = penalised(softened) - best.score
+    simple = replace(best, effect='shear_softening', score=best.score + 0.01 * drop)
+    contest = (drop, [best, simple])
+    search.accepted, search.contests = ['shear_softening'], {'shear_softening': contest}
+    before = search.present, search.structure
+    nothing, creep = Picked(None, (0.0, []), (), {}), Picked(replace(best, effect='creep'), (1.0, []), (), {})
+    asked = []
+
+    def picked(present, structure, pool, *_):
+        asked.append((present.problem.parameters.effects, pool))
+        return answer
+
+    monkeypatch.setattr('tcp_muscle_ros.diagnosis.search.selection.pick', picked)
+    answer = nothing
+    assert search._beside_a_truer_form(['load_stroke', 'creep']) is None
+    assert asked == [(('load_stroke',), ['creep'])]
+    assert (search.present, search.structure) == before
+    assert search.accepted == ['shear_softening'] and search.contests == {'shear_softening': contest}
+    answer = creep
+    assert search._beside_a_truer_form(['load_stroke', 'creep']) is creep
+    assert search.accepted == ['load_stroke'] and search.contests == {'load_stroke': contest}
+    assert search.present.problem.parameters.effects == ('load_stroke',)
+    work = search.present.problem.work
+    monkeypatch.setattr(work, 'steps', 0.6 * work.limit)  # nothing would be held against it
+    assert search._beside_a_truer_form(['creep']) is None
 
 
 def test_what_a_swing_leaves_does_not_drown_the_rest():
