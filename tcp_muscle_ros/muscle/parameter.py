@@ -14,7 +14,8 @@ class Parameter:
     effect to begin or end; ``around``: the parameter of the same effect that says how far from there it is felt.
     ``bends``: a fit moves it from its usual value, at which the effect is sought. ``state``: it is that of
     the muscle where a recording begins; each has its own, and 0 is a muscle that has long rested. ``only``: the name of
-    a parameter of the same effect, and the choice of it without which this one does nothing.
+    a parameter of the same effect, and the choice of it without which this one does nothing. ``told_by``: what is
+    imposed on the muscle (``load``) that has to differ for its choices to be told apart.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Parameter:
     bends: bool = False
     state: bool = False
     only: tuple[str, int] | None = None
+    told_by: str = ''
 
     @property
     def edge_unit(self) -> str:

@@ -325,6 +325,18 @@ def test_what_stands_beside_a_simpler_form_is_sought_beside_the_one_that_fits_be
     assert truer([best, beaten], 'shear_softening', drop) is None
 
 
+@pytest.mark.parametrize(('loads', 'law'), [((0.588, 0.588), 0.0), ((0.3, 0.98), 1.0)])
+def test_what_rubs_is_told_by_other_loads_and_else_the_usual(loads, law):
+    """Under one load a pulley and a guide are the same; which it is comes from no recording then."""
+    pulley = TRUE.replace({'friction.Ff': 0.04, 'friction.law': 1.0}).with_effects('friction')
+    runs = [experiment(CHANNELS, 0.27, load, k, muscle=pulley) for k, load in enumerate(loads)]
+    bare = settle_noise(calibrate(runs, NOMINAL).fit)[0]
+    best = rivals_for(bare, screen(bare, ['friction'])[0], None)[0]
+    assert best.fit.muscle['friction.law'] == law
+    if law:
+        assert best.fit.muscle['friction.Ff'] == pytest.approx(0.04, rel=0.1)
+
+
 def test_the_simpler_form_gives_way_only_where_something_stands_beside_the_truer(softened, monkeypatch):
     search = _Search(softened, None, ['load_stroke', 'shear_softening', 'creep'], None, 4)
     ranked, _ = screen(softened, ['load_stroke'])

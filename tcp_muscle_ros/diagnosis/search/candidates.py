@@ -20,8 +20,10 @@ from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.model.unknown import Unknown
 from tcp_muscle_ros.muscle import Effect
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.parameter import Parameter
 
 _WORKERS = 2
+_DIFFERS = 0.05  # of the largest: what is imposed is not the same throughout
 _WEAK, _APART = 0.1, 2.5
 _CROSSED = (0.15, 0.4, 0.6, 0.85)  # shares of an output's span
 _OTHERS, _ALSO = 3, 0.4  # further sets to start from, and the share of the best one's gain that they promise at least
@@ -177,6 +179,14 @@ def _by_choice(definition: Effect, usual: Mapping[str, float], found: list[dict[
     return [one for one in found if all(one[name] == usual[name] for name in idle(one))]
 
 
+def told(problem: Problem, row: Parameter) -> bool:
+    """Whether recordings can tell the choices of a parameter apart: what has to differ for that does."""
+    if not row.told_by:
+        return True
+    given = np.concatenate([np.ravel(getattr(e.imposed, row.told_by)) for e in problem.experiments])
+    return bool(np.ptp(given) > _DIFFERS * np.max(np.abs(given)))
+
+
 @dataclass(frozen=True)
 class Screen:
     """The projection of a fitted problem: everything that screening an effect needs."""
@@ -236,9 +246,12 @@ class Screen:
     def candidates(self, effect: str) -> list[Candidate]:
         """The effect in each of its variants; a circumstance also with each recording's own best variant."""
         experiments, model = self.fit.problem.experiments, self.fit.problem.model
+        usual = {
+            f'{effect}.{r.name}': r.value for r in model.effects[effect].parameters if not told(self.fit.problem, r)
+        }
         tried = []
         for values in variants(model, effect, max(e.duration for e in experiments), self.spans):
-            change = self.change(effect, values)
+            change = self.change(effect, values) if usual.items() <= values.items() else None
             if change is not None:
                 tried.append((values, change))
         found = [self.judge(effect, values, change) for values, change in tried]

@@ -7,7 +7,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, slopes_with_more
 from tcp_muscle_ros.diagnosis.hypothesis.problem import without_effect
-from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen, best_of, with_effect
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen, best_of, told, with_effect
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -137,7 +137,7 @@ def _best_choice(base: Fit, candidate: Candidate, rival: Rival, progress: Callab
     best, problem = rival, rival.fit.problem
     for row in rival.definition.parameters:
         key = f'{rival.effect}.{row.name}'
-        if not row.choices or row.spelled or row.name in (rival.definition.late or ()):
+        if not row.choices or row.spelled or row.name in (rival.definition.late or ()) or not told(problem, row):
             continue
         for other in range(len(row.choices)):
             if other == round(problem.parameters[key]) or (rival.definition.hidden and other == row.value):
@@ -150,8 +150,6 @@ def _best_choice(base: Fit, candidate: Candidate, rival: Rival, progress: Callab
             else:
                 changed = replace(problem, parameters=problem.parameters.replace({key: float(other)}))
                 again = fit(changed, rival.fit.z, rounds=_HEAT, tolerance=1e-5, known=rival.fit.rough_slopes)
-            # What tells nothing of a choice (friction under one load) leaves the usual one.
-            unusual = int(other != row.value) - int(best.fit.problem.parameters[key] != row.value)
-            if again is not None and penalised(again) + unusual * problem.policy.per_parameter < best.score:
+            if again is not None and penalised(again) < best.score:
                 best = _to_the_end(Rival(rival.effect, again, penalised(again)))
     return best

@@ -87,7 +87,7 @@ EFFECT = Effect(
         Parameter('d', 5e-5, 'm', 1e-6, 5e-3, 'way over which it builds up', 'estimated: hundredths of a millimetre'),
         Parameter(
             'law', 0.0, '1', 0.0, 1.0, 'what rubs: 0 a guide, alike under any load, 1 a pulley, in proportion to it',
-            'a free choice', choices=('a guide', 'a pulley'), fitted=False,
+            'a free choice', choices=('a guide', 'a pulley'), fitted=False, told_by='load',
         ),
     ),
     hooks={'position': position, 'initial': initial, 'commit': commit},
