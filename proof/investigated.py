@@ -42,6 +42,7 @@ from tcp_muscle_ros.commands.investigation import Budget, Investigation, Log, al
 from tcp_muscle_ros.control.playing import Allowed
 from tcp_muscle_ros.diagnosis.observation.observe import MOST
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.outputs import in_place_of
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
 from tcp_muscle_ros.recording.protocol import Protocol, read_protocol
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
@@ -147,9 +148,8 @@ class Muscle:
         begun = sum(os.times()[:4])  # with the processes that it starts
         work()
         self.result['ways'][way]['seconds'] = sum(os.times()[:4]) - begun
-        draft = self.folder / 'result.draft'
-        draft.write_text(json.dumps(self.result, default=_plain) + '\n', encoding='utf-8')
-        draft.replace(self.folder / 'result.json')
+        with in_place_of(self.folder / 'result.json') as draft:
+            draft.write_text(json.dumps(self.result, default=_plain) + '\n', encoding='utf-8')
 
     def _investigated(self) -> None:
         case, said = self._drawn
@@ -308,9 +308,8 @@ def earlier(file: Path | None, seed: int) -> dict[int, dict[str, Any]]:
 def keep(result: Mapping[str, Any], file: Path) -> None:
     """Write a result at the end of a file."""
     there = file.read_text(encoding='utf-8') if file.is_file() else ''
-    draft = file.with_suffix('.draft')
-    draft.write_text(there[: there.rfind('\n') + 1] + json.dumps(result, default=_plain) + '\n', encoding='utf-8')
-    draft.replace(file)
+    with in_place_of(file) as draft:
+        draft.write_text(there[: there.rfind('\n') + 1] + json.dumps(result, default=_plain) + '\n', encoding='utf-8')
 
 
 def answer(result: Mapping[str, Any], way: str) -> Answer:

@@ -107,16 +107,16 @@ def _investigation(
 
     if not (args.minutes > 0.0 and args.runs >= 2 and args.cycles >= 1):
         raise BadInput('expected --minutes above 0, --runs of 2 or more (one is kept back) and --cycles of 1 or more')
-    muscle = _Simulated(args.simulated, limits) if args.simulated else _Live(args, model, limits)
-    _protocols(args, model, limits, allowed_by(limits, None))
+    by_rig = allowed_by(limits, None)
+    of_rig = _protocols(args, model, limits, by_rig)
 
     def begin() -> Investigation:
-        recorded = any(step['step'] == 'kept_back' for step in Log(folder).steps)  # then nobody is asked for more
-        allowed = allowed_by(limits, None) if recorded else muscle.allowed()
-        rounds, kept = _protocols(args, model, limits, allowed)
+        asked = not args.simulated and not Log(folder).of('kept_back')  # once that is recorded nothing more is played
+        allowed = driver_allows(limits, args.namespace, 'current', _say) if asked else by_rig
+        rounds, kept = of_rig if allowed == by_rig else _protocols(args, model, limits, allowed)
         return Investigation(
             folder,
-            muscle,
+            _Simulated(args.simulated) if args.simulated else _Live(args, model, limits),
             lambda bags, report: _diagnosed(bags, report, args.params, args.rig),
             rounds,
             kept,
@@ -160,10 +160,6 @@ class _Live:
     model: Parameters
     limits: RigLimits | None
 
-    def allowed(self) -> Allowed:
-        """What rig and driver allow."""
-        return driver_allows(self.limits, self.args.namespace, 'current', _say)
-
     def record(self, protocol: Path, bag: Path) -> Sequence[Path]:
         """As ``tcp_muscle run`` does."""
         from tcp_muscle_ros.recording.protocol import read_protocol
@@ -188,11 +184,6 @@ class _Simulated:
     """A muscle of which only its parameter file knows what it is."""
 
     params: str
-    limits: RigLimits | None
-
-    def allowed(self) -> Allowed:
-        """What the rig allows: there is no driver."""
-        return allowed_by(self.limits, None)
 
     def record(self, protocol: Path, bag: Path) -> Sequence[Path]:
         """As ``tcp_muscle simulate`` does; each run with noise of its own."""

@@ -38,10 +38,8 @@ class Hearing:
         for name in HEARD:
             kind = CHANNELS[name]
             message = Temperature if kind.stamped else Float64
-            made, read = (
-                topics.subscription(message, kind.topic, _unused, MEASUREMENT_QOS, self._inputs.group),
-                _reader(name),
-            )
+            made = topics.subscription(message, kind.topic, _unused, MEASUREMENT_QOS, self._inputs.group)
+            read = _reader(name)
             self._subscriptions.append((name, message, made, read))
             self._inputs.add(made, message, self._taker(name, read))
 

@@ -264,7 +264,7 @@ class TwinNode(Node):  # type: ignore[misc]
         twin, difference = self._twin, self._twin.difference
         now = self._base.now() / SECOND if self._base.collects else time.time()
         silent = self._follows_since is None or now - self._then > LONGEST_STEP or bool(self._out_of_step)
-        reason = '; '.join((*self._out_of_step.values(), *self._unmatched.values()))
+        reason = '; '.join((*list(self._out_of_step.values())[:1], *self._unmatched.values()))
         message = 'waits for a muscle' + (f': {reason}' if reason else '') if silent else twin.state.value
         if difference is not None and not silent:
             message += (

@@ -8,7 +8,6 @@ from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.company import (
-    NEAR,
     Contest,
     alone_explains,
     bends,
@@ -17,6 +16,7 @@ from tcp_muscle_ros.diagnosis.search.company import (
     largest_share,
     least_of_all,
     least_of_rest,
+    stands_alone,
 )
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation
 from tcp_muscle_ros.diagnosis.search.picking import pick
@@ -59,7 +59,7 @@ def companions(
             if good_company(calibrated, beside, after, rest, _least(rival)):
                 return True
             alike = beside_it(rival.effect, rivals, penalised(beside))
-            if not bends(rival) and max(alike, default=0.0) < NEAR and _no_weather(rival, beside):
+            if stands_alone(rival, alike) and _no_weather(rival, beside):
                 return True
             return alone_explains(calibrated, beside, after, rival, alike)
 

@@ -26,7 +26,7 @@ from tcp_muscle_ros.diagnosis.search.rivals import (
 _REVISED = 3  # rivals that an effect must hold against
 _MANY = 36  # unknowns: beyond, a refit takes many times as long, and what could replace an effect is tried once
 # Of what is left, an effect that none comes near takes so much that it may be less of what was missed.
-_MOST, _LITTLE, NEAR = 0.7, 0.001, 0.65
+_MOST, _LITTLE, _NEAR = 0.7, 0.001, 0.65
 _LEAST_APART = 0.08  # of what an effect beside others takes of all at least, where an effect stands apart
 _TRIFLE = 0.1  # of the noise's variance: what a companion of a stronger effect must take away at least
 _REAL = 0.05  # of a channel's squared error: a drop that needs no further sign of being real
@@ -70,11 +70,15 @@ def good_company(calibrated: Fit, without: Fit, fitted: Fit, rest: float, of_all
 
 
 def alone_explains(calibrated: Fit, without: Fit, fitted: Fit, rival: Rival, others: Sequence[float]) -> bool:
-    """Whether an effect takes most of what is left, and none of the ``others`` (shares of the drop that it brings)
-    nearly as much: what a form leaves, several effects explain. Then it may be little beside a stronger one."""
-    if bends(rival) or any(other >= NEAR for other in others):
-        return False
-    return good_company(calibrated, without, fitted, least_of_rest(rival, _MOST), _LITTLE)
+    """Whether an effect stands alone and takes most of what is left: then it may be little beside a stronger one."""
+    alone = stands_alone(rival, others)
+    return alone and good_company(calibrated, without, fitted, least_of_rest(rival, _MOST), _LITTLE)
+
+
+def stands_alone(rival: Rival, others: Sequence[float]) -> bool:
+    """Whether none of the ``others`` (shares of the drop that an effect brings) explains nearly as much, and it does
+    not bend: what a form misses, several explain."""
+    return not bends(rival) and all(other < _NEAR for other in others)
 
 
 def beside_it(effect: str, rivals: Sequence[Rival], bare: float) -> list[float]:
@@ -283,9 +287,10 @@ def _beside_each_form(
         if other in (effect, present.problem.model.roles.swings) or not present.problem.work.left:
             continue
         instead = truer(rivals, other, drop)
+        if instead is None or instead.effect == effect:
+            continue
         # Contests may be older than what is accepted now.
-        company = instead and set(instead.fit.problem.parameters.effects) == having - {other} | {instead.effect}
-        if instead is not None and company and instead.effect != effect:
+        if set(instead.fit.problem.parameters.effects) == having - {other} | {instead.effect}:
             yield shrink(instead.fit, effect), instead.fit
 
 
