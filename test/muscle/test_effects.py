@@ -259,3 +259,13 @@ def test_what_leaves_the_heat_alone_leaves_its_exact_solution(name, kind):
         simulate(Parameters({}).with_effects(name), t, drive, kind=kind, load=0.6).fibre_temperature,
         paper.fibre_temperature,
     )
+
+
+@every_effect
+@pytest.mark.parametrize('channel', range(4))
+def test_a_late_clock_has_long_shown_what_is_shown_at_rest(name: str, channel: int) -> None:
+    late = NOMINAL.replace({'clock_skew.d': 0.5, 'clock_skew.channel': float(channel)}).with_effects(name, 'clock_skew')
+    time = np.arange(0.0, 0.8, 0.05)  # begins before, and ends after the delay
+    at_once = channels(simulate(NOMINAL.with_effects(name), time, 0.0))
+    for what, values in channels(simulate(late, time, 0.0)).items():
+        np.testing.assert_allclose(values, at_once[what], rtol=1e-3, atol=1e-3, err_msg=what)
