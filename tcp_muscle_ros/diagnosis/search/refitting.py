@@ -14,6 +14,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 SHORTLIST = 6
 _PROMISING = 0.15  # of the best candidate's gain, in linear approximation: worth a refit
 _CHOOSING = 0.5  # of the best drop: a rival so far is tried by its other choices too
+_WHOLE = 40  # rounds of a fit to its end
 _HEAT, _LAGGING = 6, 0.3  # rounds that every rival is given, and the share of the best drop that earns it more
 _FELL_SHORT = 0.5  # of what it promises: a fit that reaches less began where the effect does nothing
 _FARTHER = 4  # times these rounds, where the muscle has a long way back
@@ -85,7 +86,14 @@ def rivals_for(
             rival = _to_the_end(rival)
         found.append((candidate, rival))
     bar = bare - _CHOOSING * max((bare - rival.score for _, rival in found), default=0.0)
-    chosen = [_best_choice(base, c, rival, progress) if rival.score <= bar else rival for c, rival in found]
+    chosen = []
+    for candidate, rival in found:
+        if rival.score <= bar:
+            enough = bare - rival.score >= base.problem.policy.least_drop
+            if enough and not (base.problem.parameters.effects or candidate.own):
+                rival = _afresh(base, candidate, rival)
+            rival = _best_choice(base, candidate, rival, progress)
+        chosen.append(rival)
     return sorted(chosen, key=lambda r: r.score)
 
 
@@ -124,8 +132,19 @@ def _refitted(base: Fit, candidates: Sequence[Candidate], progress: Callable[[],
 def _to_the_end(rival: Rival) -> Rival:
     """The rival after as many rounds as its fit needs."""
     head = rival.fit
-    whole = fit(head.problem, head.z, rounds=40, tolerance=1e-5, known=head.rough_slopes)
+    whole = fit(head.problem, head.z, rounds=_WHOLE, tolerance=1e-5, known=head.rough_slopes)
     return Rival(rival.effect, whole, penalised(whole))
+
+
+def _afresh(base: Fit, candidate: Candidate, rival: Rival) -> Rival:
+    """The rival, or the same begun with the muscle as it was before it was calibrated, whichever fits better: what the
+    muscle became to make up for an effect may hold a fit back from it."""
+    problem = with_effect(base.problem, candidate)
+    begun = problem.start()
+    own = [k for k, u in enumerate(base.problem.unknowns) if u.recording is not None]
+    begun[own] = base.z[own]
+    whole = fit(problem, begun, rounds=_WHOLE, tolerance=1e-5)
+    return min(rival, Rival(rival.effect, whole, penalised(whole)), key=lambda r: r.score)
 
 
 def _best_choice(base: Fit, candidate: Candidate, rival: Rival, progress: Callable[[], None] | None) -> Rival:

@@ -157,7 +157,11 @@ def select(calibrated: Fit, effects: Sequence[str], progress: Callable[[], None]
         if len(found.chosen) == 1 or slips.slipped(slips.taken_out(found.final)) is not None:
             return found
     leapt = slips.leapt(bare) if slipped is None else None
-    found = _selected(bare, leapt, effects, progress, most)
+    found = _selected(bare, None, effects, progress, most)
+    if leapt is not None and not _has_the_steps(found, leapt):
+        found = _selected(bare, leapt, effects, progress, most)
+    else:
+        leapt = None
     clearer = None
     if leapt is not None and found.chosen:  # what was found may show that they are slips, or that they were its misfit
         without = slips.taken_out(found.final)
@@ -177,6 +181,13 @@ def select_from(
     """Select effects on top of a calibrated fit, beginning with those that ``start`` has; they must hold like all."""
     most = int(calibrated.problem.policy.most_effects)
     return _selected(settle_noise(calibrated)[0], None, effects, progress, most, start)
+
+
+def _has_the_steps(found: Selection, leapt: Fit) -> bool:
+    """Whether what was found has all but a trifle of what leapt: a law that begins sharply, met by chance here and
+    there."""
+    trifle, had, has = leapt.problem.policy.still_plain, found.calibrated.mean_square, found.final.mean_square
+    return bool(found.chosen) and all(has[s.channel] < trifle * had[s.channel] for s in leapt.problem.slips)
 
 
 def _with_slips_of(clearer: Fit, bare: Fit) -> Fit:
