@@ -1,7 +1,7 @@
 """``tcp_muscle import FILE... [--map MAP.yaml] [--output DIR]``: a lab's files to bags, one per run.
 
-Without a map the files are looked at, what was understood is shown, and the map that says so is written beside the
-bags.
+Without a map the files are looked at, and what was understood is shown. The map, given or made so, is written beside
+the bags.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from shutil import copyfile
 from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.files.outputs import add_force_argument
@@ -42,9 +43,11 @@ def run(args: argparse.Namespace) -> int:
     output = writable_folder(args.output or files[0].stem, force=args.force)
     with in_place_of(output) as draft:
         drafts: dict[Path, Sequence[DraftRun]] = {}
-        if import_map is None:
+        draft.mkdir(parents=True, exist_ok=True)
+        if import_map is not None:
+            copyfile(args.map, draft / IMPORT_MAP)  # says how they came about, and what belongs together
+        else:
             drafts = {**told_apart({file: guess(file) for file in files})}
-            draft.mkdir(parents=True, exist_ok=True)
             (draft / IMPORT_MAP).write_text(map_text(drafts, output / IMPORT_MAP), encoding='utf-8')
             import_map = read_import_map(draft / IMPORT_MAP)
         runs = list(import_runs(import_map, files))

@@ -17,7 +17,7 @@ from tcp_muscle_ros.errors import BadInput
 
 _HOLDER = '.unfinished-'  # begins the name of the folder beside an output in which it is made
 _OF_A_BAG = ('.mcap', '.db3', '.zstd')
-IMPORT_MAP = 'import_map.yaml'  # that `tcp_muscle import` writes beside the bags of a file that it had no map for
+IMPORT_MAP = 'import_map.yaml'  # that `tcp_muscle import` was given or made, beside the bags
 _REPORT, _SCHEMA = 'report.json', 'tcp_muscle_ros/'
 
 

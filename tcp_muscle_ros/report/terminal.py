@@ -94,6 +94,11 @@ def _findings(d: Diagnosis) -> list[str]:
 
 
 def _parameters(finding: Finding) -> str:
+    law = finding.unlisted
+    if law is not None:
+        first, last = (number(float(law.value[k]), 2) for k in (0, -1))
+        nearest = f'; nearest is {plain(law.nearest)}' if law.nearest else ''
+        return f'over the {plain(law.driver)} from {first} to {last} {law.unit}, a curve in the report{nearest}'
     return ', '.join(f'{name} {parameter_text(finding.effect, name, v)}' for name, v in own_parameters(finding).items())
 
 
@@ -127,4 +132,6 @@ def _unexplained(d: Diagnosis) -> list[str]:
     if d.unexplained is None:
         return []
     u = d.unexplained
-    return [f'unexplained: {percent(u.share)} of the misfit, {u.stage} stage, {u.channel}, with {range_text(u)}']
+    lawful = any(finding.unlisted is not None for finding in d.findings)
+    what = 'explained by no listed effect, but by that law' if lawful else 'unexplained'
+    return [f'{what}: {percent(u.share)} of the misfit, {u.stage} stage, {u.channel}, with {range_text(u)}']

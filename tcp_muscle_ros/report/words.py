@@ -140,7 +140,8 @@ def told_apart(finding: Finding) -> str:
     said = [f'could as well be {rivals}'] if rivals else []
     said += ['its interval includes no effect'] if finding.may_be_nothing else []
     said += ['one channel does not tell the stages apart'] if finding.one_channel and not said else []
-    return '; '.join(said) or 'no other listed effect explains as much'
+    nothing = 'no other listed effect explains as much' if finding.unlisted is None else 'no listed effect explains it'
+    return '; '.join(said) or nothing
 
 
 def cluster_text(finding: Finding) -> str:

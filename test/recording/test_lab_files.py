@@ -107,6 +107,7 @@ def test_the_command_shows_what_it_understood_and_writes_the_map_that_imports_th
     assert re.search(r'^ +0 +23\.42 +8e-06 +0$', shown, re.M), shown
     written = tmp_path / 'bags' / 'import_map.yaml'
     assert main(['import', str(file), '--map', str(written), '--output', str(tmp_path / 'again')]) == 0
+    assert (tmp_path / 'again' / 'import_map.yaml').read_bytes() == written.read_bytes()
     first, second = (read_bag(tmp_path / name / 'messprotokoll') for name in ('bags', 'again'))
     assert {name: list(first[name].value) for name in first} == {name: list(second[name].value) for name in second}
     assert main(['import', str(file), '--output', str(tmp_path / 'bags')]) == 2  # nothing is overwritten ...
