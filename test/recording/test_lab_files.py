@@ -354,6 +354,21 @@ def test_a_load_that_nobody_states_is_said_to_be_missing(tmp_path):
     assert run.notes == ('a load of 0.588399 N, as is written above',)
 
 
+@pytest.mark.parametrize(
+    ('load', 'kind'),
+    [
+        (lambda k: (0.3923, 0.8826, 0.3923)[k // 100], 'load'),  # weights that are changed
+        (lambda k: 0.3923 if k % 100 else 0.6, 'load'),  # caught while they were
+        (lambda k: 0.39 + round(0.5 * np.sin(k / 40), 2), 'force'),  # a coarse cell that the muscle pulls at
+        (lambda k: 0.3923, 'load'),
+    ],
+)
+def test_a_load_that_goes_from_one_weight_to_another_hangs_and_one_that_varies_is_measured(tmp_path, load, kind):
+    rows = [f'{k / 10},{0.2 * (k > 20)},{23 + k / 100},{load(k)}' for k in range(300)]
+    (run,) = lab_text(tmp_path, 't (s),I (A),T (degC),Load (N)', rows=rows)
+    assert kind in [column.channel for column in run.columns]
+
+
 def test_nines_that_stand_for_no_number_are_none(tmp_path):
     rows = [f'{k},{"-999.9" if k % 9 == 4 else 23 + k / 10},{"9.9E+37" if k < 3 else 14}' for k in range(40)]
     (run,) = lab_text(tmp_path, 't (s),T (degC),R (ohm)', rows=rows)

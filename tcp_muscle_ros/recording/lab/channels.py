@@ -23,6 +23,7 @@ from tcp_muscle_ros.recording.units import UNITS
 _CHANNEL_OF = dict.fromkeys(('length', 'elongation', 'distance', 'strain'), 'displacement')
 _COMMANDED = {**{name: f'{name}_command' for name in DRIVES}, 'displacement': 'displacement_setpoint'}
 _STEADY = 0.02  # of its size, by which a load that hangs may vary
+_WEIGHTS, _HUNG, _MANY = 5, 0.95, 200  # weights that are changed, the share of samples with one of them, of so many
 _FEWEST = 0.2  # share of the cells that are numbers
 _ROOM = (278.0, 316.0)  # K
 _SURE = 0.9  # of a correlation
@@ -198,9 +199,17 @@ def _candidate(column: Column, columns: Sequence[Column]) -> Candidate | None:
             return None  # what was asked for; only what was measured counts
         channel = _COMMANDED[channel]
     measured = any(other.meaning.kind == 'force' for other in columns)
-    if channel == 'load' and not measured and np.ptp(value) > _STEADY * float(np.max(np.abs(value))):
+    if channel == 'load' and not measured and not _hangs(value):
         channel = 'force'  # what varies while the muscle works is measured, not hung on it
     return Candidate(channel, column, rows)
+
+
+def _hangs(value: Array) -> bool:
+    """Whether a load stays as it is, or changes from one of a few weights to another, as a load cell never does."""
+    if np.ptp(value) <= _STEADY * float(np.max(np.abs(value))):
+        return True
+    counts = np.sort(np.unique(value, return_counts=True)[1])
+    return bool(value.size >= _MANY and np.sum(counts[-_WEIGHTS:]) >= _HUNG * value.size)
 
 
 def _chosen(channel: str, found: list[Candidate], path: Path) -> Candidate:
