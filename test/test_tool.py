@@ -159,7 +159,7 @@ def test_the_work_is_done_although_nobody_hears_of_it(tmp_path, sink):
     command = ['import', tmp_path, '--map', tmp_path / 'map.yaml', '--output', tmp_path / 'out']
     code, _ = run_into(sink(), *command, PYTHONUNBUFFERED='1')
     assert code == (0 if sink is unheard else 2)
-    assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == ['a', 'b']
+    assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == ['a', 'b', 'import_map.yaml']
 
 
 def test_signs_of_life_that_nobody_sees_end_no_work(command, monkeypatch):
@@ -193,7 +193,7 @@ def test_import_writes_one_bag_a_run_and_overwrites_nothing(tmp_path):
     assert (code, error) == (0, '')
     assert '2 run(s) imported' in out
     assert 'c.csv matches no run of' in out
-    assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == ['a', 'b']
+    assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == ['a', 'b', 'import_map.yaml']
     code, _, error = run(*command)
     assert code == 2
     assert 'exists already and is not overwritten' in error

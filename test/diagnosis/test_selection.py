@@ -1,18 +1,21 @@
 """What selects: who has a say among unseen data, which rival is named, how far a search goes."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
+from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import ages, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import calmed, settle_noise, structures
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Slip
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
-from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, variants, with_effect
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen, best_of, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.search.companions import Companions
 from tcp_muscle_ros.diagnosis.search.company import (
     alone_explains,
@@ -34,7 +37,7 @@ from tcp_muscle_ros.diagnosis.search.rivals import (
     sound,
     truer,
 )
-from tcp_muscle_ros.diagnosis.search.selection import _Search, select
+from tcp_muscle_ros.diagnosis.search.selection import _has_the_steps, _Search, select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -430,6 +433,42 @@ def test_a_search_that_has_spent_its_budget_ends_with_what_it_has(softened):
     found = select(replace(softened, problem=replace(softened.problem, work=Work())), ['load_stroke', 'friction'])
     assert [c.effect for c in found.chosen] == ['load_stroke']
     assert found.final.problem.work.steps > TIME.size * 3 * 20
+
+
+@pytest.mark.parametrize(
+    ('effect', 'values', 'currents'),
+    [
+        ('resistance_strain', {'GF': 1.0}, (0.27, 0.2)),
+        ('contact_shorting', {'s': 0.25, 'Hc': 0.125, 'w': 0.002}, (0.27, 0.27)),
+    ],
+)
+def test_what_the_muscle_became_without_an_effect_does_not_hold_its_fit_back(effect, values, currents):
+    true = {f'{effect}.{name}': value for name, value in values.items()}
+    muscle = TRUE.with_effects(effect).replace(true)
+    runs = [
+        experiment(CHANNELS, current, load, k, muscle=muscle)
+        for k, (current, load) in enumerate(zip(currents, (0.3, 0.588), strict=True))
+    ]
+    bare = settle_noise(calibrate(runs, NOMINAL).fit)[0]
+    found = rivals_for(bare, [best_of(Screen.of(bare).candidates(effect), 2.0)], None)[0].score
+    best = penalised(fit(with_effect(bare.problem, Candidate(effect, true, 0.0, 0.0))))
+    assert found < best + 0.01 * (penalised(bare) - best)
+
+
+@pytest.mark.parametrize(('left', 'has'), [(0.05, True), (0.07, False)])
+def test_what_a_law_explains_nearly_all_of_did_not_leap(softened, left, has):
+    leapt = slips.added(
+        softened,
+        [[Slip('resistance', run.imposed.time[0] + 30.0, 0.5, 0.01, 0.1)] for run in softened.problem.experiments],
+    )
+    squares = dict.fromkeys(CHANNELS, 1.0)
+    found = SimpleNamespace(
+        chosen=('a law',),
+        calibrated=SimpleNamespace(mean_square=squares),
+        final=SimpleNamespace(mean_square={**squares, 'resistance': left}),
+    )
+    assert _has_the_steps(found, leapt) == has
+    assert not _has_the_steps(SimpleNamespace(**{**vars(found), 'chosen': ()}), leapt)
 
 
 def test_what_a_companion_leaves_nothing_to_explain_stood_in_its_place():

@@ -137,14 +137,13 @@ def _to_the_end(rival: Rival) -> Rival:
 
 
 def _afresh(base: Fit, candidate: Candidate, rival: Rival) -> Rival:
-    """The rival, or the same begun with the muscle as it was before it was calibrated, whichever fits better: what the
-    muscle became to make up for an effect may hold a fit back from it."""
-    problem = with_effect(base.problem, candidate)
-    begun = problem.start()
-    own = [k for k, u in enumerate(base.problem.unknowns) if u.recording is not None]
-    begun[own] = base.z[own]
-    whole = fit(problem, begun, rounds=_WHOLE, tolerance=1e-5)
-    return min(rival, Rival(rival.effect, whole, penalised(whole)), key=lambda r: r.score)
+    """The rival, or the same begun with the muscle as it was before it was calibrated, where that fits clearly better:
+    what the muscle became to make up for an effect may hold a fit back from it."""
+    of_recording = [u.recording is not None for u in base.problem.unknowns]
+    whole = _grown(base, np.where(of_recording, base.z, base.problem.start()), candidate, _WHOLE)
+    if whole is None or rival.score - penalised(whole) < rival.policy.told_apart:
+        return rival
+    return Rival(rival.effect, whole, penalised(whole))
 
 
 def _best_choice(base: Fit, candidate: Candidate, rival: Rival, progress: Callable[[], None] | None) -> Rival:
