@@ -86,14 +86,9 @@ def rivals_for(
             rival = _to_the_end(rival)
         found.append((candidate, rival))
     bar = bare - _CHOOSING * max((bare - rival.score for _, rival in found), default=0.0)
-    chosen = []
-    for candidate, rival in found:
-        if rival.score <= bar:
-            enough = bare - rival.score >= base.problem.policy.least_drop
-            if enough and not (base.problem.parameters.effects or candidate.own):
-                rival = _afresh(base, candidate, rival)
-            rival = _best_choice(base, candidate, rival, progress)
-        chosen.append(rival)
+    chosen = [
+        _best_choice(base, c, _afresh(base, c, rival), progress) if rival.score <= bar else rival for c, rival in found
+    ]
     return sorted(chosen, key=lambda r: r.score)
 
 
@@ -138,10 +133,14 @@ def _to_the_end(rival: Rival) -> Rival:
 
 def _afresh(base: Fit, candidate: Candidate, rival: Rival) -> Rival:
     """The rival, or the same begun with the muscle as it was before it was calibrated, where that fits clearly better:
-    what the muscle became to make up for an effect may hold a fit back from it."""
+    what the muscle became to make up for an effect may hold a fit back from it. Only of what explains as much as an
+    effect at least, for all recordings alike, and beside no other, which would have to begin anew too."""
+    policy = base.problem.policy
+    if base.problem.parameters.effects or candidate.own or penalised(base) - rival.score < policy.least_drop:
+        return rival
     of_recording = [u.recording is not None for u in base.problem.unknowns]
     whole = _grown(base, np.where(of_recording, base.z, base.problem.start()), candidate, _WHOLE)
-    if whole is None or rival.score - penalised(whole) < rival.policy.told_apart:
+    if whole is None or rival.score - penalised(whole) < policy.told_apart:
         return rival
     return Rival(rival.effect, whole, penalised(whole))
 

@@ -143,8 +143,8 @@ def select(calibrated: Fit, effects: Sequence[str], progress: Callable[[], None]
     """Select effects on top of a calibrated fit.
 
     ``effects`` are the candidates by name. Returns every stage's evidence; accepting nothing is a full answer. Sudden
-    slips and leaps are no matter of form: where there are any, all else is sought beside them. Those that show no more
-    once it is found were its misfit: then it is sought without them.
+    slips and leaps are no matter of form: where there are any, all else is sought beside them. Leaps that a law found
+    without them explains were none, and neither were those that show no more once all else is found.
     """
     bare, _ = settle_noise(calibrated)
     most = int(bare.problem.policy.most_effects)
@@ -157,17 +157,17 @@ def select(calibrated: Fit, effects: Sequence[str], progress: Callable[[], None]
         if len(found.chosen) == 1 or slips.slipped(slips.taken_out(found.final)) is not None:
             return found
     leapt = slips.leapt(bare) if slipped is None else None
-    found = _selected(bare, None, effects, progress, most)
-    if leapt is not None and not _has_the_steps(found, leapt):
-        found = _selected(bare, leapt, effects, progress, most)
-    else:
+    smooth = found = _selected(bare, None, effects, progress, most)
+    if leapt is not None and _has_the_steps(smooth, leapt):
         leapt = None
+    if leapt is not None:
+        found = _selected(bare, leapt, effects, progress, most)
     clearer = None
     if leapt is not None and found.chosen:  # what was found may show that they are slips, or that they were its misfit
         without = slips.taken_out(found.final)
         clearer = slips.slipped(without)
         if clearer is None and slips.leapt(without) is None:
-            leapt, found = None, _selected(bare, None, effects, progress, most)
+            leapt, found = None, smooth
     if found.chosen and leapt is None and not slips.slipping(found.final) and found.final.problem.work.left:
         clearer = slips.slipped(found.final)
     if clearer is not None:
