@@ -12,6 +12,7 @@ from tcp_muscle_ros.report.words import (
     chance,
     digits_text,
     error_text,
+    left_by_listed,
     listed,
     number,
     own_parameters,
@@ -131,7 +132,5 @@ def _fit(d: Diagnosis) -> list[str]:
 def _unexplained(d: Diagnosis) -> list[str]:
     if d.unexplained is None:
         return []
-    u = d.unexplained
-    lawful = any(finding.unlisted is not None for finding in d.findings)
-    what = 'explained by no listed effect, but by that law' if lawful else 'unexplained'
+    u, what = d.unexplained, left_by_listed(d.findings)
     return [f'{what}: {percent(u.share)} of the misfit, {u.stage} stage, {u.channel}, with {range_text(u)}']

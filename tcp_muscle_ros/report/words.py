@@ -144,6 +144,12 @@ def told_apart(finding: Finding) -> str:
     return '; '.join(said) or nothing
 
 
+def left_by_listed(findings: Sequence[Finding]) -> str:
+    """What to call a misfit that the listed effects leave: a law without a name may explain it."""
+    lawful = any(finding.unlisted is not None for finding in findings)
+    return 'explained by no listed effect, but by that law' if lawful else 'unexplained'
+
+
 def cluster_text(finding: Finding) -> str:
     """``supply lag 0.54 (electrical), two node 0.31 (thermal)``: causes that look alike; empty where there is one."""
     if len(finding.cluster) < 2:

@@ -248,6 +248,13 @@ def test_the_terminal_tells_a_law_without_a_name_by_its_driver(made):
     assert 'unexplained' not in text
 
 
+def test_the_page_calls_what_a_law_without_a_name_explains_as_the_terminal_does(made):
+    left = made['unexplained'][0].unexplained
+    assert '<h2>Unexplained</h2>' in render(replace(made['creep'][0], unexplained=left))
+    page = render(replace(made['unlisted'][0], unexplained=left))
+    assert '<h2>Explained by no listed effect, but by that law</h2>' in page and '<h2>Unexplained' not in page
+
+
 @pytest.mark.parametrize('name', ['creep', 'convection_or_radiation', 'three_effects', 'sensor_or_setup', 'match'])
 def test_improved_loads_and_is_the_improved_muscle(made, reports, name):
     d, _ = made[name]
