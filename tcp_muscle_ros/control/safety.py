@@ -168,6 +168,8 @@ class Safety:
         if self._wanted != 0.0:
             return f'the command is {self._wanted:g} {self._kind.value}: command 0 first'
         self._fault = ''
+        # The state says so at once: who asks again before the next update is told that there is none.
+        self._stop(*((State.ENABLED, '') if self._enabled else (State.DISABLED, 'disabled')))
         return ''
 
     def update(

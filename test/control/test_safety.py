@@ -198,6 +198,7 @@ def test_a_fault_is_cleared_only_when_its_cause_is_gone_and_the_command_is_zero(
     assert bench.safety.clear_fault() == 'the command is 0.2 A: command 0 first'
     bench.command(0.0)
     assert bench.safety.clear_fault() == ''
+    assert bench.safety.state is State.ENABLED and bench.safety.current == 0.0, 'before the next update'
     bench.command(0.1)
     assert bench.tick() == 0.1
 
@@ -218,6 +219,7 @@ def test_disable_wins_over_everything_and_a_fault_over_enable():
     assert bench.safety.enable() == 'fault latched (found by hand): clear it first'
     bench.safety.disable()
     assert bench.safety.clear_fault() == ''
+    assert bench.safety.state is State.DISABLED, 'before the next update'
     bench.tick()
     assert bench.safety.state is State.DISABLED
 

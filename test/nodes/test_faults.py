@@ -125,9 +125,22 @@ def test_disable_is_obeyed_at_once_and_enable_begins_at_zero(bench, sim):
         bench.until(lambda: sim.current.last.data == 0.2, 'enabling does nothing')
 
 
-def test_heat_derates_then_latches_and_is_cleared_only_when_all_is_well(bench, sim):
+@pytest.fixture
+def hot(bench, sim):
+    """What heats the room of the muscle. Afterwards it is cool, has the limits it had, and no fault: a rerun counts."""
     ambient = bench.speaker('/sim/ambient_temperature', Temperature)
     temperature = bench.listen('/sim/temperature', Temperature)
+    yield ambient, temperature
+    room = Temperature(temperature=23.0)
+    bench.insist(ambient, room, lambda: temperature.last.temperature < 90.0, 'it does not cool')
+    set_parameters(bench, '/sim/sim_node', max_temperature_c=115.0, derate_temperature_c=100.0)
+    sim.command.publish(Float64(data=0.0))
+    bench.until(lambda: bench.call(Trigger, '/sim/sim_node/clear_fault').success, 'cannot be cleared', 5.0)
+    bench.forget(temperature)
+
+
+def test_heat_derates_then_latches_and_is_cleared_only_when_all_is_well(bench, sim, hot):
+    ambient, temperature = hot
     with bench.repeating(sim.command, 0.2) as change:
         hottest = Temperature(temperature=100.0)  # the bounds of an ambient end here; 0.2 A adds the rest
         bench.insist(ambient, hottest, lambda: sim.facts().get('state') == 'derating', 'no derating')
