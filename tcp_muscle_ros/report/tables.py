@@ -50,6 +50,8 @@ def own_note(own: Own) -> str:
         unit, factor = SHOWN[name]
         said += [f'the zero of {name} {zero * factor:+.3g} {unit}']
     said += [f'{name} {value:.2g}' for name, value in own.states.items()]
+    if own.switches:
+        said += [f'when the drive switched between two samples ({len(own.switches)} times)']
     return f'fitted to this recording only: {", ".join(said)} (--as-given takes them as stated)'
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from diagnosis import truth
 
+from tcp_muscle_ros.diagnosis.answer.replaying import SETTLED_BY, own_of, replay
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.switching import settled
@@ -73,6 +74,19 @@ def test_physics_is_not_made_of_switches_that_were_sampled(recordings):
     assert diagnosis.verdict in ('match', 'wrong_parameters')
     assert not diagnosis.findings
     assert any('switched between' in note for recording in diagnosis.recordings for note in recording.issues)
+
+
+def test_a_replay_switches_when_the_channels_see_it_where_the_muscle_is_the_right_one(recordings):
+    muscle = calibrate(prepared(recordings), NOMINAL).parameters
+    sampled, shown = (prepare(recording, NOMINAL) for recording in (recordings[0], logged(recordings[0])))
+    few = prepare(logged(recordings[0]), NOMINAL, most=SETTLED_BY)
+    own = own_of(few, muscle)
+    as_was, moved, late = (
+        replay(run, muscle, own=o)
+        for run, o in ((sampled, own_of(sampled, muscle)), (shown, own), (shown, replace(own, switches=())))
+    )
+    assert moved['displacement'].rmse < 1.1 * as_was['displacement'].rmse < 0.8 * late['displacement'].rmse
+    assert not own_of(few, NOMINAL).switches  # what another muscle misses is no matter of switches
 
 
 def test_a_record_that_says_when_is_believed(recordings):

@@ -1,22 +1,24 @@
 """Replay: drive the model with recorded inputs, free-run, and compare each channel.
 
 A recording brings things of its own, which are no property of a muscle: the temperature of the room, that of the fibre
-at the start and what else it has not yet recovered from, and the zero of its displacement or force. ``own_of`` fits
-these and nothing else.
+at the start and what else it has not yet recovered from, the zero of its displacement or force, and when between two
+samples its drive switched. ``own_of`` fits these and nothing else.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
-from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.fitting.switching import settled
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import own_unknowns
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import Earlier
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -72,16 +74,25 @@ def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
 @dataclass(frozen=True)
 class Own:
     """What a recording brings of its own: ``ambient`` (K, None: as it was recorded), the fibre's temperature at the
-    ``start`` (K), by channel what is shown at the model's ``zeros`` (SI), and the ``states`` of the muscle's effects at
-    the start, by parameter."""
+    ``start`` (K), by channel what is shown at the model's ``zeros`` (SI), the ``states`` of the muscle's effects at the
+    start, by parameter, and which ``switches`` of the drive came before they were shown."""
 
     ambient: float | None
     start: float
     zeros: Mapping[str, float] = field(default_factory=dict)
     states: Mapping[str, float] = field(default_factory=dict)
+    switches: tuple[Earlier, ...] = ()
+
+    def followed(self, experiment: Experiment) -> Experiment:
+        """The recording with its drive switched when it did."""
+        imposed = experiment.imposed
+        for switch in self.switches:
+            imposed = imposed.switched(switch)
+        return replace(experiment, imposed=imposed)
 
     def run(self, experiment: Experiment, muscle: Parameters) -> dict[str, Array]:
         """What the muscle shows in the recording (SI), shapes as observed."""
+        experiment = self.followed(experiment)
         shown = experiment.predict(self.begun(muscle), self.start, self.room(experiment))
         return {name: values + self.zeros.get(name, 0.0) for name, values in shown.items()}
 
@@ -90,7 +101,7 @@ class Own:
         return muscle.replace(self.states) if self.states else muscle
 
     def room(self, experiment: Experiment) -> Array | None:
-        """The ambient (K) of the recording, shape as its inputs; None: as it was recorded."""
+        """The ambient (K) of the recording as it is followed, shape as its inputs; None: as it was recorded."""
         return None if self.ambient is None else np.full(experiment.imposed.time.size, self.ambient)
 
 
@@ -113,14 +124,25 @@ def own_of(experiment: Experiment, muscle: Parameters) -> Own:
     first = fit(Problem((experiment,), muscle, unknowns, quick_noise([experiment])), rounds=_ROUNDS, tolerance=1e-5)
     noise = left_over_noise(first)
     again = first.problem.with_noise(noise)
-    fitted = fit(again, first.z, rounds=_ROUNDS, tolerance=1e-5, known=first.rough_slopes)
+    fitted = _switched(fit(again, first.z, rounds=_ROUNDS, tolerance=1e-5, known=first.rough_slopes))
     values, zeros = fitted.values, fitted.problem.zeros(fitted.predictions[0], 0)
     states = {u.name: values[u.key] for u in unknowns if u.name in muscle}
-    own, given = Own(values.get((AMBIENT, 0)), values[START, 0], zeros, states), as_given(experiment, muscle)
+    switched = fitted.problem.latents[0].switched
+    moves = switched.moves if switched else ()
+    own = Own(values.get((AMBIENT, 0)), values[START, 0], zeros, states, moves)
+    given = as_given(experiment, muscle)
     gained = _missed(given.run(experiment, muscle), experiment, noise) - _missed(
         fitted.predictions[0], experiment, noise, zeros
     )
     return own if gained > _CHANCE else given
+
+
+def _switched(fitted: Fit) -> Fit:
+    """The same with the drive switched when all channels see it, where that is what the muscle misses."""
+    latents = settled(fitted)
+    if latents is None:
+        return fitted
+    return fit(fitted.problem.with_latent(latents[0], 0), fitted.z, rounds=_ROUNDS, tolerance=1e-5)
 
 
 def _missed(
@@ -144,6 +166,7 @@ class ReplayedErrors:
 
     def add(self, experiment: Experiment, muscle: Parameters, own: Own) -> None:
         """Replay one more recording with the muscle as it was then."""
+        experiment = own.followed(experiment)
         muscle, room = own.begun(muscle), own.room(experiment)
         for name, observed in experiment.observed.items():  # one at a time: they may be long
             outputs = experiment.outputs(muscle, own.start, only=(name,), ambient=room)

@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.fitting.weighing import structures, with_noise
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent, Switched
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
-from tcp_muscle_ros.diagnosis.observation.imposed import Imposed
+from tcp_muscle_ros.diagnosis.observation.imposed import Earlier, Imposed
 from tcp_muscle_ros.muscle.arrays import Array
 
 _FEWEST, _MOST = 4, 200  # switches: fewer prove nothing, more take too long
@@ -116,7 +116,7 @@ def _columns(fitted: Fit, recording: int, switches: Array) -> Array:
     shown = fitted.predictions[recording]
     changes: list[Shown] = []
     for switch in switches:
-        imposed = _earlier(before, switch, 1.0)
+        imposed = before.switched(Earlier(float(switch[0]), float(switch[1]), 1.0))
         latent = replace(problem.latents[recording], switched=Switched(imposed))
         if latent.draught is not None:
             warmer = np.interp(imposed.time, before.time, latent.draught.warmer)
@@ -126,24 +126,6 @@ def _columns(fitted: Fit, recording: int, switches: Array) -> Array:
     if not changes:
         return np.zeros((fitted.residuals[recording].size, 0))
     return problem.columns({name: np.column_stack([c[name] for c in changes]) for name in shown}, recording)
-
-
-def _earlier(imposed: Imposed, switch: Array, share: float) -> Imposed:
-    """The drive switched by a share of the period earlier than it was shown."""
-    before, shown = switch
-    at = shown - share * (shown - before)
-    next_level = imposed.drive[np.searchsorted(imposed.time, shown - 1e-9)]
-    if not np.any(np.abs(imposed.time - at) < 1e-6):
-        k = int(np.searchsorted(imposed.time, at))
-        imposed = replace(
-            imposed,
-            time=np.insert(imposed.time, k, at),
-            drive=np.insert(imposed.drive, k, imposed.drive[k - 1]),
-            load=np.insert(imposed.load, k, imposed.load[k - 1]),
-            ambient=np.insert(imposed.ambient, k, imposed.ambient[k - 1]),
-        )
-    early = (imposed.time > at - 1e-6) & (imposed.time < shown - 1e-9)
-    return replace(imposed, drive=np.where(early, next_level, imposed.drive))
 
 
 def _moved(problem: Problem, recording: int, name: str, shares: Array) -> Switched:
@@ -156,15 +138,19 @@ def _moved(problem: Problem, recording: int, name: str, shares: Array) -> Switch
     moved = shares > 0.0
     if not moved.any():
         return replace(before, imposed=_settled(imposed, name))
-    for switch, share in zip(switches[moved], shares[moved], strict=True):
-        imposed = _earlier(imposed, switch, float(share))
+    moves = tuple(
+        Earlier(float(last), float(first), float(share))
+        for (last, first), share in zip(switches[moved], shares[moved], strict=True)
+    )
+    for move in moves:
+        imposed = imposed.switched(move)
     mean = 1e3 * float(np.mean(shares[moved] * np.diff(switches[moved])[:, 0]))
     where = 'between two samples of its record' if name == 'switches' else 'where samples of its record were lost'
     note = (
         f'the {imposed.kind} switched {where}, {mean:.0f} ms before it was shown on average: '
         f'when, was found from all channels ({np.count_nonzero(moved)} of {len(switches)} switches)'
     )
-    return Switched(_settled(imposed, name), (*before.notes, note))
+    return Switched(_settled(imposed, name), (*before.notes, note), before.moves + moves)
 
 
 def _settled(imposed: Imposed, name: str) -> Imposed:

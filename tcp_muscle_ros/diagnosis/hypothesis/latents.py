@@ -12,7 +12,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.noise.discrepancy import NO_ALLOWANCE, Allowance
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.observation.imposed import Imposed
+from tcp_muscle_ros.diagnosis.observation.imposed import Earlier, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
@@ -55,10 +55,12 @@ class Slip:
 
 @dataclass(frozen=True)
 class Switched:
-    """What was ``imposed``, where the drive switched at other instants than its record shows; ``notes`` say so."""
+    """What was ``imposed``, where the drive switched at other instants than its record shows; ``moves``: by which
+    switches it differs; ``notes`` say so."""
 
     imposed: Imposed
     notes: tuple[str, ...] = ()
+    moves: tuple[Earlier, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,24 @@
 """What was imposed on a muscle, and what held its end."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from tcp_muscle_ros.muscle.arrays import Array
 
+_AT, _SAME = 1e-6, 1e-9  # s, less is no other instant
+
 FOLLOWS_SETPOINT = 'follows_setpoint'  # in Experiment.known: a setpoint of the displacement was recorded
+
+
+class Earlier(NamedTuple):
+    """A switch of the drive between two samples, last ``before`` it and first as ``shown`` (s): it came by a ``share``
+    of the time between them earlier than shown."""
+
+    before: float
+    shown: float
+    share: float
 
 
 @dataclass(frozen=True)
@@ -26,6 +38,23 @@ class Imposed:
     switches: Array = field(default_factory=lambda: np.empty((0, 2)))
     lost: Array = field(default_factory=lambda: np.empty((0, 2)))
     unsure: float = 0.0
+
+    def switched(self, switch: Earlier) -> 'Imposed':
+        """The same with the drive switched earlier than it was shown."""
+        at = switch.shown - switch.share * (switch.shown - switch.before)
+        next_level = self.drive[np.searchsorted(self.time, switch.shown - _SAME)]
+        imposed = self
+        if not np.any(np.abs(self.time - at) < _AT):
+            k = int(np.searchsorted(self.time, at))
+            imposed = replace(
+                self,
+                time=np.insert(self.time, k, at),
+                drive=np.insert(self.drive, k, self.drive[k - 1]),
+                load=np.insert(self.load, k, self.load[k - 1]),
+                ambient=np.insert(self.ambient, k, self.ambient[k - 1]),
+            )
+        early = (imposed.time > at - _AT) & (imposed.time < switch.shown - _SAME)
+        return replace(imposed, drive=np.where(early, next_level, imposed.drive))
 
 
 @dataclass(frozen=True)
