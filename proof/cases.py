@@ -18,14 +18,14 @@ FULL = {'single': 120, 'double': 60, 'triple': 20, 'null': 100, 'decoy': 80, 'un
 INVISIBLE = ('contact_resistance',)  # on one muscle
 SENSORS = (
     'thermocouple_lag', 'thermocouple_gain', 'temperature_offset', 'displacement_drift', 'displacement_offset',
-    'clock_skew', 'current_gain',
+    'clock_skew', 'current_gain', 'thermocouple_pickup',
 )  # fmt: skip
 PHYSICS = tuple(
     name for name, entry in EFFECTS.items() if entry.listed and entry.stage != 'sensor' and name not in INVISIBLE
 )
 UNLISTED = (
     ('periodic_friction', 'stiffness_switch', 'rate_stroke', 'peltier', 'varistor'),
-    ('current_stroke', 'self_resonance', 'resistance_jump', 'boiling_film', 'crosstalk', 'cubic_softening'),
+    ('current_stroke', 'self_resonance', 'resistance_jump', 'boiling_film', 'other_logger', 'cubic_softening'),
     ('seebeck_voltage', 'hunting_supply', 'touching_rail', 'slow_stroke', 'sticky_turns', 'loosening_bead'),
 )
 # Unlisted too, of the kind that a curve over one quantity could describe. No suite draws from it.

@@ -8,7 +8,7 @@ import numpy as np
 
 from proof.truth.body import Body, plain
 from proof.truth.integrate import run
-from proof.truth.plant import FORCE, LENGTH, MEAN, RESISTANCE, SKIN, Array, Plant
+from proof.truth.plant import AMPERE, FORCE, LENGTH, MEAN, RESISTANCE, SKIN, Array, Plant
 
 # What the room or an instrument does: f(time, signal, number of the recording) -> signal, all arrays of one length.
 Alter = Callable[[Array, Array, int], Array]
@@ -29,7 +29,9 @@ class Bench:
     )  # f(displacement m, force N) -> displacement
     ruler: list[Alter] = field(default_factory=list)  # on the displacement, m
     meter: list[Alter] = field(default_factory=list)  # on the input as it is written down
-    crosstalk: float = 0.0  # K/A into the thermometer
+    pickup: list[Callable[[Array, Array, Array], Array]] = field(
+        default_factory=list
+    )  # f(time s, current A, voltage V) -> what the thermometer shows beside the temperature, K
     loosening: float = 0.0  # 1/m, share of (T - ambient) that it misses per length beyond that at rest
     seebeck: float = 0.0  # V/K, in what the ohmmeter takes for the muscle's voltage
     delay: dict[str, float] = field(default_factory=dict)  # s, per channel
@@ -117,6 +119,8 @@ def shown(
     for alter in bench.thermometer:
         T = alter(time, T, recording)
     T = T * (1.0 - bench.loosening * (out[:, LENGTH] - bench.plant.H0))
+    for electric in bench.pickup:
+        T = T + electric(time, out[:, AMPERE], out[:, AMPERE] * out[:, RESISTANCE])
     # it reads nothing where no current flows
     added = bench.seebeck * (out[:, SKIN] - experiment.ambient) / np.where(out[:, 5] > 0.003, out[:, 5], np.inf)
     x = np.zeros_like(time) if experiment.blocked else zero - out[:, LENGTH]
@@ -128,7 +132,7 @@ def shown(
     for alter in bench.meter:
         drive = alter(time, drive, recording)
     channels = {
-        'temperature': T + experiment.ambient + bench.crosstalk * out[:, 5],
+        'temperature': T + experiment.ambient,
         'resistance': out[:, RESISTANCE] + added,
         'displacement': x,
         'force': out[:, FORCE],

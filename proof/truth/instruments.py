@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from proof.truth.bench import Bench
-from proof.truth.concealed import Draw, Outcome, effect
+from proof.truth.concealed import HOT, Draw, Outcome, effect
 from proof.truth.plant import Array
 from proof.truth.thermal import ornstein_uhlenbeck
 
@@ -58,6 +58,15 @@ def _one_sided(time: Array, T: Array, warming: float, cooling: float) -> Array:
         at = (T[k] + T[k - 1]) / 2.0
         tau = warming if at > y[k - 1] else cooling
         y[k] = at + (y[k - 1] - at) * np.exp(-(time[k] - time[k - 1]) / tau)
+    return y
+
+
+@njit(cache=True)
+def _charged(time: Array, u: Array, tau: float) -> Array:
+    """A capacitor that was empty before the first tick, charged by a voltage that holds from its tick to the next."""
+    y = np.zeros_like(u)
+    for k in range(1, len(u)):
+        y[k] = u[k - 1] + (y[k - 1] - u[k - 1]) * np.exp(-(time[k] - time[k - 1]) / tau)
     return y
 
 
@@ -165,3 +174,35 @@ def current_gain(d: Draw) -> Outcome:
         return np.where(i > 0.0, i * (1.0 + error) + zero, i)
 
     return {'error': error}, lambda b: b.meter.append(reads)
+
+
+FULL_CURRENT = 0.27  # A, where the size of a pickup is quoted, at HOT
+
+
+@effect(
+    'thermocouple_pickup', 'sensor', ('bridging_bead', 'floating_bead', 'ground_loop'), ('paper', 'prbs', 'staircase')
+)
+def thermocouple_pickup(d: Draw) -> Outcome:
+    """The bead has contact with the wire and reads volts of the muscle as kelvin, either way round.
+
+    Type K gives 41 uV/K (NIST ITS-90), a hundred-thousandth of the 4 V across the muscle. A bead that bridges some of
+    the wire has 0.06 to 0.5 milliohm in common with it: what it reads too much goes with the current alone. A bead that
+    floats charges the filter before its amplifier (R C_C to ground in figure 29 of the AD8494 to AD8497 data sheet; R
+    is a lacquer's here) up to where the wire is, a share of i R(T), of which 85 to 110 dB of common-mode rejection
+    leave K. An earthed amplifier on the supply's ground has all of the supply's voltage, leads and all, common to both
+    legs, and the closer to the end of its range the less of it the amplifier rejects.
+    """
+    size = d.between(0.4, 3.0) * d.rng.choice([-1.0, 1.0])
+    full = FULL_CURRENT * d.body.steady_resistance(HOT)
+    tau = d.any(0.1, 0.3)
+    leads, bend = d.any(0.2, 1.0), d.any(0.1, 0.35)  # ohm; share of the whole that is no longer linear
+
+    def picked_up(time: Array, i: Array, v: Array) -> Array:
+        if d.form == 0:
+            return size * i / FULL_CURRENT
+        if d.form == 1:
+            return size * _charged(time, v / full, tau)
+        u = (v + leads * i) / (full + leads * FULL_CURRENT)
+        return size * u * (1.0 - bend + bend * u**2)
+
+    return {'size': size}, lambda b: b.pickup.append(picked_up)

@@ -1,6 +1,7 @@
 """Effects that are in no catalogue: what a diagnosis should notice and must not call by a listed name."""
 
 import numpy as np
+from numba import njit
 from scipy.special import expit
 
 from proof.truth.bench import Bench
@@ -93,15 +94,21 @@ def self_resonance(d: Draw) -> Outcome:
     return {'share': share, 'rate': pace}, change
 
 
-@effect('crosstalk', 'sensor', ('current_into_bead',), ('paper', 'prbs'), listed=False)
-def crosstalk(d: Draw) -> Outcome:
-    """The muscle's voltage leaks into the thermocouple."""
-    gain = d.between(1.5, 12.0)
+@njit(cache=True)
+def _passed_on(T: Array, least: float) -> Array:
+    """The last value that was passed on, until the next differs from it by as much as it must."""
+    y = T.copy()
+    for k in range(1, len(T)):
+        if abs(T[k] - y[k - 1]) < least:
+            y[k] = y[k - 1]
+    return y
 
-    def change(b: Bench) -> None:
-        b.crosstalk = gain
 
-    return {'gain': gain}, change
+@effect('other_logger', 'sensor', ('as_built',), ('paper', 'staircase', 'prbs'), listed=False)
+def other_logger(d: Draw) -> Outcome:
+    """A logger that saves its line passes a temperature on only where that is news; until then it repeats the last."""
+    least = d.between(0.6, 4.5)  # K
+    return {'size': least}, lambda b: b.thermometer.append(lambda time, T, recording: _passed_on(T, least))
 
 
 # --- of the third suite ---

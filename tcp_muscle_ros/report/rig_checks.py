@@ -72,6 +72,8 @@ _CHECKS = {
     'its bead touches the muscle on one side only.',
     'temperature_offset': 'Put the sensor into ice water: does it read 0 degC? Or compare it with the room before the '
     'first heating.',
+    'thermocouple_pickup': 'Reverse the current: what is shown must change by twice as much. A thin layer of varnish '
+    'between bead and muscle takes it away.',
     'displacement_drift': 'Point the laser or the camera at something that does not move, and record for as long: the '
     'drift must be there. A warm stand or a loose clamp does the same.',
     'displacement_offset': 'Read the sensor at rest under the starting load: that is the zero of the stroke.',

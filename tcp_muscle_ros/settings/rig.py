@@ -12,7 +12,8 @@ limits:
 ```
 
 An instrument shows ``reference + gain (true(t - delay - pace t) - reference) + offset`` behind a first-order lag, where
-the reference is the ambient for a temperature and zero for everything else. Whatever is left out shows the truth.
+the reference is the ambient for a temperature and zero for everything else; a thermometer also ``pickup_k_per_a`` for
+each ampere through the muscle. Whatever is left out shows the truth.
 Intervals are those of 90 %.
 """
 
@@ -29,6 +30,7 @@ from tcp_muscle_ros.recording.yaml_input import Section, as_number, load_yaml
 from tcp_muscle_ros.settings.operating import OPERATING, Operating, read_value
 
 CURRENT = 'current'
+PICKUP = 'pickup_k_per_a'
 _UNIT = {'temperature': 'K', 'resistance': 'ohm', 'displacement': 'm', 'force': 'N', CURRENT: 'A'}
 
 
@@ -69,7 +71,12 @@ def _rows(channel: str) -> Mapping[str, Row]:
     unit = _UNIT[channel]
     offset = f'offset_{unit.lower()}'
     effects = {
-        'temperature': {'lag_s': 'thermocouple_lag.tau', 'gain': 'thermocouple_gain.g', offset: 'temperature_offset.o'},
+        'temperature': {
+            'lag_s': 'thermocouple_lag.tau',
+            'gain': 'thermocouple_gain.g',
+            offset: 'temperature_offset.o',
+            PICKUP: 'thermocouple_pickup.k',
+        },
         'displacement': {offset: 'displacement_offset.o'},
         CURRENT: {'gain': 'current_gain.g', offset: 'current_gain.z', 'ohms_apart': 'current_gain.ohms'},
     }.get(channel, {})
@@ -82,6 +89,8 @@ def _rows(channel: str) -> Mapping[str, Row]:
         'delay_s': ('s', 'how late its clock is', (0.0, 5.0)),
         'pace': ('1', 'seconds a second that its clock falls behind', (0.0, 5e-3)),
     }
+    if channel == 'temperature':
+        keys[PICKUP] = ('K/A', 'shown for each ampere through the muscle', (0.0, 0.0))
     if channel == CURRENT:
         keys['ohms_apart'] = ('1', 'resistance: 0 voltage over this current, 1 measured apart', (0.0, 1.0))
     return {key: _row(channel, key, effects.get(key, ''), *of_key) for key, of_key in keys.items()}

@@ -61,6 +61,13 @@ def test_a_thermometer_that_is_off_by_another_amount_each_time_is_a_sensor(diagn
 
 
 @pytest.mark.slow
+def test_a_thermometer_that_shows_the_current_is_no_second_node(diagnosed):
+    found = diagnosed(7, 'decoy', 'thermocouple_pickup', 5152)
+    assert [f.effect for f in found.findings] == ['thermocouple_pickup']
+    assert 'pickup_k_per_a' in found.rig.instruments['temperature']
+
+
+@pytest.mark.slow
 def test_a_resistance_that_bends_with_the_current_is_a_contact_that_it_lowers(diagnosed):
     """And not one that is read late, which it resembles."""
     found = diagnosed(101, 'unlisted', 'varistor', 701)

@@ -52,6 +52,7 @@ CATALOGUE = {
     'thermocouple_lag': ('S-01', 'sensor'),
     'thermocouple_gain': ('S-02', 'sensor'),
     'temperature_offset': ('S-03', 'sensor'),
+    'thermocouple_pickup': ('', 'sensor'),
     'displacement_drift': ('S-04', 'sensor'),
     'displacement_offset': ('', 'sensor'),
     'clock_skew': ('S-05', 'sensor'),

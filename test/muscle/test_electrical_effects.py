@@ -185,6 +185,8 @@ def test_sensor_errors_are_what_they_say():
     assert gain.temperature == pytest.approx(296.15 + 0.93 * (plain.temperature - 296.15), abs=1e-8)
     offset = e0(NOMINAL.with_effects('temperature_offset'), 0.5884, 0.27)
     assert offset.temperature == pytest.approx(plain.temperature + 0.5, abs=1e-8)
+    pickup = e0(NOMINAL.with_effects('thermocouple_pickup'), 0.5884, 0.27)
+    assert pickup.temperature == pytest.approx(plain.temperature + 3.0 * plain.current, abs=1e-8)
     drift = e0(NOMINAL.with_effects('displacement_drift'), 0.5884, 0.27)
     assert drift.displacement == pytest.approx(plain.displacement + 2.5e-6 * plain.time, abs=1e-12)
     course = {'displacement_drift.b': 0.8, 'displacement_drift.c': -2.0, 'displacement_drift.tau': 30.0}
