@@ -7,6 +7,7 @@ import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.holding import Conditions
@@ -41,6 +42,19 @@ def test_an_eightfold_error_of_hA_in_the_nominal_set_is_found_home_from():
     printed = NOMINAL.replace(hA=0.15)
     found = estimates(calibrate([experiment(('temperature', 'resistance', 'displacement'))], printed))
     assert found['hA'].value == pytest.approx(TRUE['hA'], rel=0.02)
+
+
+def test_a_fit_that_is_begun_where_the_model_runs_away_begins_with_what_is_nominal():
+    run = experiment(('resistance', 'temperature'), 0.27, 0.588, 0)
+    problem = calibrate([run], NOMINAL).fit.problem
+    strong = replace(run.imposed, drive=7.0 * run.imposed.drive)
+    problem = replace(problem, experiments=(replace(run, imposed=strong),))
+    steep = next(k for k, u in enumerate(problem.unknowns) if u.name == 'a_R')
+    away = problem.start()
+    away[steep] = problem.unknowns[steep].to_fit(0.05)  # the hotter, the more heat: without end
+    begun = fit(problem, away, rounds=1)
+    assert np.isfinite(begun.misfit)
+    np.testing.assert_allclose(begun.z, fit(problem, rounds=1).z)
 
 
 def test_stroke_alone_under_power_fixes_the_time_constant_but_not_heat_exchange():

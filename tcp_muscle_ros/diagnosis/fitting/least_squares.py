@@ -234,7 +234,8 @@ def fit(
     polish: bool = True,
     progress: Callable[[], None] | None = None,
 ) -> Fit:
-    """Fit the unknowns by penalised least squares from ``z0`` (default: their nominal values).
+    """Fit the unknowns by penalised least squares from ``z0`` (default, and where the model runs away there: their
+    nominal values).
 
     Stops after ``rounds`` evaluations or when the objective changes relatively by less than ``tolerance``, also with
     slopes newly taken unless it has hardly moved. ``known`` are the slopes near ``z0``, where there are any.
@@ -252,7 +253,8 @@ def fit(
     def residuals(z: Array) -> Array:
         if progress:
             progress()
-        return np.concatenate([[np.linalg.norm(missed(z))], np.zeros(z.size)])
+        with np.errstate(over='ignore', invalid='ignore'):  # where the model runs away, no step is taken to
+            return np.concatenate([[np.linalg.norm(missed(z))], np.zeros(z.size)])
 
     def all_slopes(z: Array) -> Array:
         return _turned(missed(z), np.vstack([along(z), prior]))
@@ -261,6 +263,9 @@ def fit(
     margin = 1e-9 * (1.0 + np.abs(start))
     z, left, enough = np.clip(start, low + margin, high - margin), rounds, _SETTLED
     cost = 0.5 * float(np.sum(residuals(z) ** 2))
+    if not np.isfinite(cost):
+        z = np.clip(centre, low + margin, high - margin)
+        cost = 0.5 * float(np.sum(residuals(z) ** 2))
     while left > 0:
         solution = least_squares(
             residuals,
