@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
     for note in experiment.notes:
         print(f'note: {note}')
     print(comparison_table(compared))
-    if own is not None and own.zeros:
+    if own is not None and own.fitted:
         print(own_note(own))
     if output:
         with in_place_of(output) as draft:

@@ -32,6 +32,7 @@ from tcp_muscle_ros.diagnosis.answer.notes import (
     on_slips,
     on_unseen,
     on_untried,
+    on_warm_start,
 )
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, notes_on_runs, said_of_runs
@@ -327,6 +328,7 @@ def _notes(selection: Selection, remains: Unexplained | None, untried: Mapping[s
         *on_untried(selection, untried),
         *notes(selection.final.problem.followed),
         *on_bent_form(selection),
+        *on_warm_start(selection.final),
         *on_draught(selection),
         *on_leads(selection),
         *on_doubtful(selection),

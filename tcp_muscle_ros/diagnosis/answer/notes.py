@@ -9,12 +9,13 @@ from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
 from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature, signature
+from tcp_muscle_ros.diagnosis.fitting.warm_start import warm_at_the_start
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.remaining import wandering
 from tcp_muscle_ros.diagnosis.search.selection import Selection
 from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
-from tcp_muscle_ros.muscle import EFFECTS, Parameters
+from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.settings.ages import Age
 
 
@@ -75,6 +76,15 @@ def on_bent_form(selection: Selection) -> tuple[str, ...]:
     return (
         f'the listed form of {" and ".join(names)} is not quite that of this muscle: improved.yaml has a table over '
         f'the {driver} beside it ({law}), which also predicts unseen data better',
+    )
+
+
+def on_warm_start(fitted: Fit) -> tuple[str, ...]:
+    """Which recordings begin while the muscle is warm, where that had to be inferred."""
+    return tuple(
+        f'recording {k + 1} begins while the muscle is warm, at {start - ZERO_CELSIUS:.0f} degC: no thermometer shows '
+        'it, it was found from what follows'
+        for k, start in warm_at_the_start(fitted).items()
     )
 
 

@@ -7,12 +7,14 @@ samples its drive switched. ``own_of`` fits these and nothing else.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.switching import settled
+from tcp_muscle_ros.diagnosis.fitting.warm_start import begun_warm
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import own_unknowns
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
@@ -26,6 +28,7 @@ _BAND = (5.0, 95.0)  # percentiles
 _FIRST = 20  # readings
 _ROUNDS = 12  # of fitting what a recording brings of its own
 SETTLED_BY = 500  # observations a channel that it is fitted to
+_quickly = partial(fit, rounds=_ROUNDS, tolerance=1e-5)
 _CHANCE = 20.0  # of the squared error in units of the noise: more is no chance
 
 
@@ -75,13 +78,15 @@ def start_temperature(experiment: Experiment, parameters: Parameters) -> float:
 class Own:
     """What a recording brings of its own: ``ambient`` (K, None: as it was recorded), the fibre's temperature at the
     ``start`` (K), by channel what is shown at the model's ``zeros`` (SI), the ``states`` of the muscle's effects at the
-    start, by parameter, and which ``switches`` of the drive came before they were shown."""
+    start, by parameter, and which ``switches`` of the drive came before they were shown. ``fitted``: it was, to what
+    was recorded."""
 
     ambient: float | None
     start: float
     zeros: Mapping[str, float] = field(default_factory=dict)
     states: Mapping[str, float] = field(default_factory=dict)
     switches: tuple[Earlier, ...] = ()
+    fitted: bool = False
 
     def followed(self, experiment: Experiment) -> Experiment:
         """The recording with its drive switched when it did."""
@@ -121,19 +126,20 @@ def own_of(experiment: Experiment, muscle: Parameters) -> Own:
         muscle: with the effects of its sensors, where they are known.
     """
     unknowns = own_unknowns(experiment, muscle)
-    first = fit(Problem((experiment,), muscle, unknowns, quick_noise([experiment])), rounds=_ROUNDS, tolerance=1e-5)
+    first = _quickly(Problem((experiment,), muscle, unknowns, quick_noise([experiment])))
+    first = begun_warm(first, _quickly)
     noise = left_over_noise(first)
     again = first.problem.with_noise(noise)
-    fitted = _switched(fit(again, first.z, rounds=_ROUNDS, tolerance=1e-5, known=first.rough_slopes))
-    values, zeros = fitted.values, fitted.problem.zeros(fitted.predictions[0], 0)
+    fitted = _switched(_quickly(again, first.z, known=first.rough_slopes))
+    values, shown = fitted.values, fitted.predictions[0]
+    floats = fitted.problem.zeros(shown, 0)  # where noise is as slow as what a wrong muscle misses, not its mean
+    zeros = {name: float(np.mean(experiment.observed[name].value - shown[name])) for name in floats}
     states = {u.name: values[u.key] for u in unknowns if u.name in muscle}
     switched = fitted.problem.latents[0].switched
     moves = switched.moves if switched else ()
-    own = Own(values.get((AMBIENT, 0)), values[START, 0], zeros, states, moves)
+    own = Own(values.get((AMBIENT, 0)), values[START, 0], zeros, states, moves, fitted=True)
     given = as_given(experiment, muscle)
-    gained = _missed(given.run(experiment, muscle), experiment, noise) - _missed(
-        fitted.predictions[0], experiment, noise, zeros
-    )
+    gained = _missed(given.run(experiment, muscle), experiment, noise) - _missed(shown, experiment, noise, zeros)
     return own if gained > _CHANCE else given
 
 
@@ -142,7 +148,7 @@ def _switched(fitted: Fit) -> Fit:
     latents = settled(fitted)
     if latents is None:
         return fitted
-    return fit(fitted.problem.with_latent(latents[0], 0), fitted.z, rounds=_ROUNDS, tolerance=1e-5)
+    return _quickly(fitted.problem.with_latent(latents[0], 0), fitted.z)
 
 
 def _missed(

@@ -6,11 +6,13 @@ colour of what the model leaves over, so that a model that does not fit well doe
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.fitting.warm_start import begun_warm
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Before, Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
@@ -93,10 +95,10 @@ def calibrate(
     bare = Problem(tuple(experiments), nominal, (), quick_noise(experiments), tuple(latents))
     unknowns = base_unknowns(bare.followed, nominal, dict.fromkeys(separate, True))
     problem = replace(bare, unknowns=tuple(unknowns))
-    z = coarse_start(problem)
-    fitted = fit(problem, z, rounds=40, progress=progress)
+    freely = partial(fit, rounds=40, progress=progress)
+    fitted = begun_warm(freely(problem, coarse_start(problem)), freely, coarse_start)
     for _ in range(rounds - 1):
-        again = problem.with_noise(left_over_noise(fitted))
+        again = fitted.problem.with_noise(left_over_noise(fitted))
         fitted = fit(again, fitted.z, rounds=12, known=fitted.rough_slopes, progress=progress)
     return Calibration(fitted, tuple(_estimates(fitted)), tuple(_combinations(fitted)))
 

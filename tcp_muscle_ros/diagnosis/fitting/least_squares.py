@@ -259,13 +259,8 @@ def fit(
     def all_slopes(z: Array) -> Array:
         return _turned(missed(z), np.vstack([along(z), prior]))
 
-    start = centre if z0 is None else z0
-    margin = 1e-9 * (1.0 + np.abs(start))
-    z, left, enough = np.clip(start, low + margin, high - margin), rounds, _SETTLED
-    cost = 0.5 * float(np.sum(residuals(z) ** 2))
-    if not np.isfinite(cost):
-        z = np.clip(centre, low + margin, high - margin)
-        cost = 0.5 * float(np.sum(residuals(z) ** 2))
+    z, cost = _begun([centre] if z0 is None else [z0, centre], low, high, residuals)
+    left, enough = rounds, _SETTLED
     while left > 0:
         solution = least_squares(
             residuals,
@@ -288,3 +283,16 @@ def fit(
     misfit = float(sum(part @ part for part in parts))
     penalty = float(np.sum(((z - centre) / scale) ** 2))
     return Fit(problem, z, tuple(parts), misfit, penalty, tuple(predictions), along.slopes)
+
+
+def _begun(
+    starts: Sequence[Array], low: Array, high: Array, residuals: Callable[[Array], Array]
+) -> tuple[Array, float]:
+    """The first start, within the bounds, from which the model does not run away, and half its squared residuals."""
+    for start in starts:
+        margin = 1e-9 * (1.0 + np.abs(start))
+        z = np.clip(start, low + margin, high - margin)
+        cost = 0.5 * float(np.sum(residuals(z) ** 2))
+        if np.isfinite(cost):
+            break
+    return z, cost
