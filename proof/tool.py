@@ -126,7 +126,7 @@ def users_errors(report: Path, folder: Path) -> dict[str, float]:
     for path in bags(folder):
         recording = read_bag(str(path))
         muscle = on_rig(file.parameters, rig)
-        muscle = as_old_as_then(muscle, read_ages(report / IMPROVED), recording.start_ns, recording.end)
+        muscle = as_old_as_then(muscle, read_ages(report / IMPROVED), recording)
         experiment = prepare(recording, file.parameters, conditions(file), QUICK)
         errors.add(experiment, muscle, own_of(experiment, muscle))
     return errors.rmse()

@@ -71,7 +71,7 @@ def admit(args: argparse.Namespace) -> Admitted:
     rig = read_rig(args.rig) if args.rig else None
     (recording,) = read_bags(args, args.bag)
     muscle = on_rig(file.parameters, rig)
-    muscle = as_old_as_then(muscle, read_ages(args.params), recording.start_ns, recording.end)
+    muscle = as_old_as_then(muscle, read_ages(args.params), recording)
     (experiment,) = whole([recording], file)
     return Admitted(output, figure, file, muscle, variants(args.params, muscle), recording, experiment)
 

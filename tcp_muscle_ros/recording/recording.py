@@ -1,5 +1,6 @@
 """What was recorded: channels, each on its own time stamps, in SI units."""
 
+import hashlib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -126,6 +127,16 @@ class Recording:
 
     def __contains__(self, name: object) -> bool:
         return name in self.channels
+
+    @property
+    def fingerprint(self) -> str:
+        """What tells it from any other, whatever its file is called and says of a date: its readings, in single
+        precision, as a conversion of units and back rounds. Not its inputs alone: those of one protocol are equal."""
+        digest = hashlib.sha256()
+        for name in sorted(self.channels):
+            digest.update(name.encode())
+            digest.update((self.channels[name].value + 0.0).astype('<f4').tobytes())  # 0 for -0 too
+        return digest.hexdigest()[:16]
 
     @property
     def duration(self) -> float:

@@ -2,7 +2,7 @@
 
 A muscle that wears (``fatigue.n0`` cycles, ``resistance_drift.w0`` seconds before) is written as it is after the last
 recording. ``MUSCLE.ages.json`` has its age at the beginning of each recording, which is known by the stamp of its
-start, and where its file says no date by its length: a replay of one of them runs the muscle as old as it was then, a
+start, and where its file says no date by its readings: a replay of one of them runs the muscle as old as it was then, a
 replay of anything else as old as it is now.
 """
 
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.recording.recording import UNDATED_NS
+from tcp_muscle_ros.recording.mending import mend
+from tcp_muscle_ros.recording.recording import UNDATED_NS, Recording
 
 _DAY_NS = 86_400 * 1_000_000_000
 _SAME = 1.0  # s, by which the ends of one recording may differ
@@ -23,11 +24,12 @@ SCHEMA = 'tcp_muscle_ros/ages-1'
 @dataclass(frozen=True)
 class Age:
     """The parameters that count what went before, as they were when a recording began (``start_ns``, of its clock) that
-    ended ``end`` s later; None where that is not known."""
+    ended ``end`` s later and has this ``fingerprint``; None and empty where that is not known."""
 
     start_ns: int
     values: Mapping[str, float]
     end: float | None = None
+    fingerprint: str = ''
 
 
 def path_beside(parameter_file: str | Path) -> Path:
@@ -38,7 +40,10 @@ def path_beside(parameter_file: str | Path) -> Path:
 def write_ages(parameter_file: str | Path, ages: Sequence[Age]) -> None:
     """Write them beside a parameter file; nothing for a muscle that does not age."""
     if any(age.values for age in ages):
-        recordings = [{'start_ns': age.start_ns, 'end_s': age.end, 'values': dict(age.values)} for age in ages]
+        recordings = [
+            {'start_ns': age.start_ns, 'end_s': age.end, 'fingerprint': age.fingerprint, 'values': dict(age.values)}
+            for age in ages
+        ]
         content = {'schema': SCHEMA, 'recordings': recordings}
         path_beside(parameter_file).write_text(json.dumps(content, indent=1) + '\n', encoding='utf-8')
 
@@ -53,17 +58,33 @@ def read_ages(parameter_file: str | Path) -> tuple[Age, ...]:
         if content['schema'] != SCHEMA:
             return ()
         return tuple(
-            Age(int(entry['start_ns']), dict(entry['values']), entry.get('end_s')) for entry in content['recordings']
+            Age(int(entry['start_ns']), dict(entry['values']), entry.get('end_s'), entry.get('fingerprint', ''))
+            for entry in content['recordings']
         )
     except (ValueError, KeyError, TypeError):
         return ()
 
 
-def as_old_as_then(muscle: Parameters, ages: Sequence[Age], start_ns: int, end: float) -> Parameters:
-    """The muscle as it was when the recording was made that began at ``start_ns`` and ended ``end`` s later, else as it
-    is."""
-    undated = UNDATED_NS <= start_ns < UNDATED_NS + _DAY_NS
-    for age in ages:
-        if age.start_ns == start_ns and not (undated and age.end is not None and abs(age.end - end) > _SAME):
-            return muscle.replace(age.values)
-    return muscle
+def as_old_as_then(muscle: Parameters, ages: Sequence[Age], recording: Recording) -> Parameters:
+    """The muscle as it was when the recording was made, where that is surely one of those; else as it is."""
+    undated = UNDATED_NS <= recording.start_ns < UNDATED_NS + _DAY_NS
+    age = _undated(ages, recording) if undated else _begun(ages, recording.start_ns)
+    return muscle.replace(age.values) if age else muscle
+
+
+def _begun(ages: Sequence[Age], start_ns: int) -> Age | None:
+    return next((age for age in ages if age.start_ns == start_ns), None)
+
+
+def _undated(ages: Sequence[Age], recording: Recording) -> Age | None:
+    """The age in a recording without a date: all of them begin at the same instant, and those of one protocol are
+    equally long. Files written before fingerprints were go by the length, where only one has it."""
+    if any(age.fingerprint for age in ages):
+        fingerprint = mend(recording).parts[0].fingerprint  # a diagnosis saw what can be followed of it
+        return next((age for age in ages if age.fingerprint == fingerprint), None)
+    alike = [
+        age
+        for age in ages
+        if age.start_ns == recording.start_ns and (age.end is None or abs(age.end - recording.end) <= _SAME)
+    ]
+    return alike[0] if len(alike) == 1 else None

@@ -4,16 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.made import NOMINAL, TIME, TRUE, experiment
+from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
+from report.diagnoses import match
 
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, foretelling, improved_muscle, one_load, rig_of
+from tcp_muscle_ros.diagnosis.answer.improved import with_replay
 from tcp_muscle_ros.diagnosis.answer.replaying import as_given, own_of, replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, with_noise
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.diagnosis.search.selection import select
-from tcp_muscle_ros.settings.ages import as_old_as_then
+from tcp_muscle_ros.recording.recording import UNDATED_NS, Channel, Recording
+from tcp_muscle_ros.settings.ages import Age
 from tcp_muscle_ros.settings.rig import on_rig, read_rig, render_rig
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -22,21 +26,36 @@ CHANNELS = ('temperature', 'resistance', 'displacement')
 def test_a_muscle_that_wears_is_handed_on_as_it_is_now_and_known_as_it_was():
     worn = [TRUE.replace({'fatigue.c': 0.03, 'fatigue.n0': 2.6 * k}).with_effects('fatigue') for k in range(4)]
     runs = [experiment(CHANNELS, 0.27, 0.588, k, muscle=worn[k]) for k in range(3)]
-    runs = [replace(run, start_ns=100 + k) for k, run in enumerate(runs)]
+    runs = [replace(run, start_ns=100 + k, fingerprint=f'run {k}') for k, run in enumerate(runs)]
     fitted = in_turn(calibrate(runs, NOMINAL).fit)
     ranked, _ = screen(fitted, ['fatigue'])
     found = select(rivals_for(fitted, ranked, None)[0].fit, [])
     muscle, ages = improved_muscle(found), ages_of(found.final.problem)
     assert muscle['fatigue.n0'] == pytest.approx(7.8, rel=0.3)
-    assert [age.start_ns for age in ages] == [100, 101, 102]
+    assert [(age.start_ns, age.fingerprint) for age in ages] == [(100 + k, f'run {k}') for k in range(3)]
     assert ages[0].values == {'fatigue.n0': 0.0}
     # The next recording of the same muscle: as it is now it is predicted, as it was at first it is not.
     further = experiment(CHANNELS, 0.25, 0.45, 9, muscle=worn[3])
     now, first = (
         replay(further, m, own=own_of(further, m))['displacement'].rmse
-        for m in (muscle, as_old_as_then(muscle, ages, 100, 60.0))
+        for m in (muscle, muscle.replace(ages[0].values))
     )
     assert now < 0.5 * first
+
+
+def test_recordings_that_begin_at_the_same_instant_are_each_replayed_as_old_as_the_muscle_was_then():
+    old = TRUE.with_effects('resistance_drift').replace({'resistance_drift.r': 1e-3})
+    used = [{'resistance_drift.w0': w0} for w0 in (0.0, 300.0, 600.0)]
+    runs = []
+    for k, values in enumerate(used):
+        seen = experiment(('resistance',), seed=k, muscle=old.replace(values))
+        shown = {'current': seen.imposed.drive, 'resistance': seen.observed['resistance'].value}
+        channels = {name: Channel(name, TIME, value, name) for name, value in shown.items()}
+        runs.append(Recording('csv', channels, UNDATED_NS, {'load_n': 0.588}))
+    assert len({prepare(run, old).fingerprint for run in runs}) == 3
+    ages = tuple(Age(UNDATED_NS, values, run.end, run.fingerprint) for values, run in zip(used, runs, strict=True))
+    diagnosis = replace(match()[0], improved=old.replace({'resistance_drift.w0': 900.0}), ages=ages)
+    assert with_replay(diagnosis, runs, {}).fit['resistance'].improved == pytest.approx(NOISE['resistance'], rel=0.1)
 
 
 def test_a_lag_of_the_thermometer_goes_to_the_rig_and_not_to_the_muscle():

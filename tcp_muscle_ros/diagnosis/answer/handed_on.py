@@ -122,7 +122,8 @@ def ages_of(problem: Problem) -> tuple[Age, ...]:
     if not problem.ages:
         return ()
     return tuple(
-        Age(e.start_ns, _age(problem, k), float(e.imposed.time[-1])) for k, e in enumerate(problem.experiments)
+        Age(e.start_ns, _age(problem, k), float(e.imposed.time[-1]), e.fingerprint)
+        for k, e in enumerate(problem.experiments)
     )
 
 

@@ -13,7 +13,6 @@ from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.recording.mending import mend
 from tcp_muscle_ros.recording.recording import Recording
-from tcp_muscle_ros.settings.ages import as_old_as_then
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, Value
 from tcp_muscle_ros.settings.rig import on_rig
 
@@ -47,10 +46,12 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
     improved = on_rig(physics_only(d.improved), d.rig)
     muscles = [(d.nominal, dict(operating)), (d.calibrated or d.nominal, room), (improved, room)]
     errors = [ReplayedErrors() for _ in muscles]
+    ages = iter(d.ages)  # one for each part, in the order in which they were diagnosed; none for what does not age
     while recordings:
         for part in mend(recordings.pop(0)).parts:  # what no model follows counts against none
+            age = next(ages, None)
             for error, (muscle, given) in zip(errors, muscles, strict=True):
-                then = as_old_as_then(muscle, d.ages, part.start_ns, part.end)
+                then = muscle.replace(age.values) if age else muscle
                 stated = conditions(ParameterFile(muscle, given))
                 own = own_of(prepare(part, muscle, stated, SETTLED_BY), then)
                 error.add(prepare(part, muscle, stated), then, own)

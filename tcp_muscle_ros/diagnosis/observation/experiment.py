@@ -26,7 +26,7 @@ class Experiment:
     """One recording as the model sees it: what was read, and nothing that is inferred (see hypothesis/latents.py).
 
     ``notes`` say what was assumed, for people to read; ``start_ns``: when it began, by its own clock;
-    ``model``: what it was recorded of.
+    ``model``: what it was recorded of; ``fingerprint``: that of the recording, empty where there is none.
     """
 
     name: str
@@ -37,6 +37,7 @@ class Experiment:
     notes: tuple[str, ...] = ()
     start_ns: int = 0
     model: Model = TCP_MUSCLE
+    fingerprint: str = ''
 
     def outputs(
         self,

@@ -76,7 +76,8 @@ def prepare(
     air, unsure = _air(recording, nominal['T0'] if room is None else room)
     pull = np.maximum(hold(load, grid), 0.0) if isinstance(load, Channel) else hold(load, grid)
     imposed = Imposed(kind, grid, hold(drive, grid), pull, hold(air, grid), between, lost, unsure)
-    return Experiment(recording.path, imposed, holding, blocks, known, tuple(notes), start_ns=recording.start_ns)
+    experiment = Experiment(recording.path, imposed, holding, blocks, known, tuple(notes), recording.start_ns)
+    return replace(experiment, fingerprint=recording.fingerprint)
 
 
 def _drive(recording: Recording) -> Channel:
