@@ -20,7 +20,7 @@ class Issue(NamedTuple):
     """One finding.
 
     kind      gap, pause, jitter, duplicate, backwards, stuck, not_finite, saturation, quantisation, unit, short, and
-              of instruments: held, tone, switch, clock, contradiction
+              of instruments: held, tone, switch, clock, contradiction, undersampled
     interval  s from the recording's start, from where to where it was seen
     """
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp_muscle_ros.recording.inputs import SAME_INSTANT, drive_of, hold
+from tcp_muscle_ros.recording.plausibility import USUAL
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
 
 _ENOUGH = 200  # samples of a channel that is looked at
@@ -28,6 +29,10 @@ _OFF = 0.03  # of a power or resistance, by which instruments contradict each ot
 _LEADS = np.arange(0.25, 5.01, 0.25)  # s, by which a channel may be ahead
 _LEAST_GRID = 0.25  # s
 _MOST = 20_000  # instants of that grid
+_APART = 0.2  # of its largest value, between the two levels of a drive: less is how coarse an ammeter is
+_AT_A_LEVEL, _NEAR = 0.9, 0.2  # share of samples at one of the two, to within so much of what is between them
+_CYCLES, _CYCLE = 20, 6  # on and off again at least so often, usually within so many samples
+_SLOWER = 1.5  # periods of the quickest output: a drive that has fewer samples was told when it changed
 _BETTER, _EVIDENCE = 0.8, 60.0  # of the squares left over, and half of log likelihood ratio, that a lead must reach
 
 
@@ -43,6 +48,34 @@ def instrument_faults(recording: Recording) -> Iterator[tuple[str, str, str]]:
             yield from _steps_at_switches(recording, channel, drive)
             yield from _ahead(channel, drive)
     yield from _contradictions(recording)
+    if drive is not None and len(drive) >= _ENOUGH:
+        yield from _undersampled(drive, recording)
+
+
+def _undersampled(drive: Channel, recording: Recording) -> Iterator[tuple[str, str, str]]:
+    """A drive that goes to and fro between two levels about as often as it is read, as a fast PWM does: how long each
+    level held cannot be told. Noise, ramps and waves do not stay at two levels."""
+    period = float(np.median(np.diff(drive.time)))
+    outputs = [c for c in recording.channels.values() if CHANNELS[c.name].role == 'output' and len(c) >= _ENOUGH]
+    if not outputs or period > _SLOWER * min(float(np.median(np.diff(c.time))) for c in outputs):
+        return
+    low, high = float(np.min(drive.value)), float(np.max(drive.value))
+    largest = max(abs(low), abs(high))
+    if largest < USUAL[drive.name.removesuffix('_command')][0] or high - low < _APART * largest:
+        return
+    share = (drive.value - low) / (high - low)
+    if np.mean(np.minimum(share, 1.0 - share) <= _NEAR) < _AT_A_LEVEL:
+        return
+    cycle = np.diff(np.flatnonzero((share[:-1] < 0.5) & (share[1:] >= 0.5)))
+    if cycle.size < _CYCLES or np.median(cycle) > _CYCLE:
+        return
+    held = 0.5 * float(np.mean(cycle[cycle <= _CYCLE]))
+    told = f'{drive.name}: switches so often that it is read only {held:.1f} times at a level (a PWM?)'
+    yield (
+        drive.name,
+        'undersampled',
+        f'{told}: what it was between is not known; record the mean power, or read it more often',
+    )
 
 
 def _held_samples(channel: Channel) -> Iterator[tuple[str, str, str]]:

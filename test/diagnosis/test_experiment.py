@@ -187,6 +187,15 @@ def test_a_measured_force_is_the_load_without_its_noise():
     assert experiment.observed['displacement'].time.size < 400
 
 
+def test_a_load_that_is_stated_of_a_held_muscle_is_what_it_started_from():
+    force = simulate(NOMINAL, TIME, CURRENT, load=0.6, end='blocked').force
+    made = recording({'load_n': 0.6}, current=(TIME, CURRENT), force=(TIME, force))
+    experiment = prepare(made, NOMINAL)
+    assert (experiment.holding.end, experiment.holding.starting_load) == ('blocked', 0.6)
+    assert 'force' in experiment.observed
+    assert not any('no load' in note for note in experiment.notes)
+
+
 def test_a_load_told_at_every_tick_has_the_steps_it_takes():
     rng = np.random.default_rng(3)
     load = np.where(TIME < 70.0, 0.3, 0.9)

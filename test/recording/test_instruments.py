@@ -88,6 +88,57 @@ def test_the_last_bit_of_a_number_is_no_step(sound):
     assert named(changed(sound, 'displacement', rounded)) == {}
 
 
+def switched(cycle_s, *, duty=0.4, rate=20.0, read=0.0):
+    """Two minutes of which the second is heated by a PWM as an instrument reads it now and then, and a thermometer."""
+    time = np.arange(int(120 * rate)) / rate
+    current = 0.4 * ((time > 60.0) & (time % cycle_s < duty * cycle_s))
+    current += read * np.random.default_rng(0).standard_normal(time.size)
+    return driven(time, current)
+
+
+def driven(time, current, output_s=0.05):
+    at = np.arange(0.0, 120.0, output_s)
+    temperature = 300.0 + np.random.default_rng(3).standard_normal(at.size)
+    channels = {'current': (time, current), 'temperature': (at, temperature)}
+    return Recording('', {name: Channel(name, *of, name) for name, of in channels.items()}, 0)
+
+
+@pytest.mark.parametrize('duty', [0.25, 0.4, 0.7])
+@pytest.mark.parametrize('read', [0.0, 0.01])
+def test_a_pwm_that_is_read_too_seldom_is_named(duty, read):
+    found = named(switched(0.137, duty=duty, read=read))
+    assert set(found) == {('current', 'undersampled')}
+    assert found['current', 'undersampled'].startswith('current: switches so often that it is read only 1.')
+
+
+_AT = np.arange(2400) / 20.0
+_ANY = np.random.default_rng(4)
+
+
+@pytest.mark.parametrize(
+    'current',
+    [
+        0.4 * (_AT % 1.0 < 0.4),
+        0.4 * (_AT % 0.137 / 0.137),  # as an ammeter averages it
+        0.4 * np.repeat(_ANY.integers(0, 2, 240), 10),
+        0.2 + 0.2 * np.sin(2 * np.pi * 4.1 * _AT),
+        0.4 * (_AT % 20.0) / 20.0,
+        0.01 * _ANY.standard_normal(2400),
+        0.4 * (_AT > 60.0) + 0.01 * _ANY.standard_normal(2400),
+        0.4 + 0.05 * _ANY.integers(0, 2, 2400),  # one step of a coarse ammeter
+        0.005 * _ANY.integers(0, 2, 2400),  # the same, and nothing flows
+    ],
+    ids=['slow', 'averaged', 'prbs', 'sine', 'ramp', 'noise', 'noisy step', 'coarse', 'idle'],
+)
+def test_what_is_read_often_enough_or_does_not_switch_has_no_name(current):
+    assert ('current', 'undersampled') not in named(driven(_AT, current))
+
+
+def test_a_drive_that_was_told_when_it_changed_is_known_between():
+    time = np.arange(0.0, 120.0, 0.5)
+    assert ('current', 'undersampled') not in named(driven(time, 0.4 * (np.arange(time.size) % 2)))
+
+
 def test_voltage_and_current_that_are_both_high_contradict_a_power():
     time = np.arange(300) / 10.0
     on = (time % 10.0) < 5.0

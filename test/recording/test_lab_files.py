@@ -76,6 +76,13 @@ def test_there_are_enough_of_them_and_the_document_lists_each_with_its_first_try
         ('Raumtemperatur (°C)', '', Meaning('ambient', 'degC')),
         ('I_set (A)', '', Meaning('current', 'A', commanded=True)),
         ('Humidity (%)', '', Meaning('', None)),
+        ('Preload (g)', '', Meaning('load', 'g')),
+        ('Pre-load', 'g', Meaning('load', 'g')),
+        ('pretension_N', '', Meaning('load', 'N')),
+        ('Pre-tension (N)', '', Meaning('load', 'N')),
+        ('Preload force [N]', '', Meaning('load', 'N')),
+        ('Vorspannkraft in N', '', Meaning('load', 'N')),
+        ('Preload time (s)', '', Meaning('time', 's')),
         ('40g_forced_air', '', Meaning('ambient', None)),  # no force
         ('Перемещение, мм', '', Meaning('displacement', 'mm')),
         ('Ток, мА', '', Meaning('current', 'mA')),
@@ -408,6 +415,35 @@ def test_what_a_column_has_is_not_taken_from_the_words_above(tmp_path):
     rows = [f'{row},0.3' for row in heated(1)]
     (run,) = lab_text(tmp_path, 'Load: 60 g', 't (s),I (A),x (mm),F (N)', rows=rows)
     assert 'load_n' not in run.known
+    assert 'the load of 0.588399 N that is written above is not taken: the force was measured' in run.notes
+    (run,) = lab_text(tmp_path, 'Load: 60 g', 't (s),I (A),x (mm),load (N)', rows=rows)
+    assert 'load_n' not in run.known
+
+
+def held_at_its_length():
+    """A force that rises from 0.6 N with the heat, in N, at 1 Hz."""
+    rows = [row.split(',') for row in heated(1)]
+    return [f'{time},{current},{0.6 + (float(x) - 30) / 10:.4f}' for time, current, x in rows]
+
+
+@pytest.mark.parametrize(
+    'line', ['Load: 60 g', 'Preload: 60 g', 'Pre-load = 60 g', 'Vorlast: 60 g', 'pre-tension [g]: 60']
+)
+def test_a_load_above_a_force_that_varies_is_what_pulled_before_it_was_held(tmp_path, line):
+    (run,) = lab_text(tmp_path, 'blocked at constant length', line, 't (s),I (A),F (N)', rows=held_at_its_length())
+    assert run.known == {'load_n': 0.588399}
+    assert run.notes == ('a load of 0.588399 N at the start, as is written above',)
+
+
+def test_a_preload_is_nothing_that_hangs_on_a_muscle(tmp_path):
+    (run,) = lab_text(tmp_path, 'Preload: 60 g', 't (s),I (A),x (mm)', rows=heated(1))
+    assert 'load_n' not in run.known
+
+
+def test_a_column_of_the_preload_stands_beside_one_of_the_force(tmp_path):
+    rows = [f'{row},60' for row in held_at_its_length()]
+    (run,) = lab_text(tmp_path, 't (s),I (A),Force (N),Preload (g)', rows=rows)
+    assert {column.channel: column.unit for column in run.columns} == {'current': 'A', 'force': 'N', 'load': 'g'}
 
 
 @pytest.mark.parametrize('line', ['L0 = 150 mm', 'Gauge length (mm):,150', 'Länge: 15 cm'])

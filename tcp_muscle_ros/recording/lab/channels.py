@@ -206,10 +206,15 @@ def _candidate(column: Column, columns: Sequence[Column]) -> Candidate | None:
 
 def _hangs(value: Array) -> bool:
     """Whether a load stays as it is, or changes from one of a few weights to another, as a load cell never does."""
-    if np.ptp(value) <= _STEADY * float(np.max(np.abs(value))):
+    if is_steady(value):
         return True
     counts = np.sort(np.unique(value, return_counts=True)[1])
     return bool(value.size >= _MANY and np.sum(counts[-_WEIGHTS:]) >= _HUNG * value.size)
+
+
+def is_steady(value: Array) -> bool:
+    """Whether a load or a force stays as it is."""
+    return bool(np.ptp(value) <= _STEADY * float(np.max(np.abs(value))))
 
 
 def _chosen(channel: str, found: list[Candidate], path: Path) -> Candidate:

@@ -10,12 +10,12 @@ import numpy as np
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, is_value, number
-from tcp_muscle_ros.recording.lab.channels import channels_of
+from tcp_muscle_ros.recording.lab.channels import channels_of, is_steady
 from tcp_muscle_ros.recording.lab.columns import Column, columns_of
-from tcp_muscle_ros.recording.lab.draft import DraftRun, DraftTime
+from tcp_muscle_ros.recording.lab.draft import DraftColumn, DraftRun, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Layout
 from tcp_muscle_ros.recording.lab.heading_lines import misfit
-from tcp_muscle_ros.recording.lab.preamble import hanging_load, room_temperature
+from tcp_muscle_ros.recording.lab.preamble import hanging_load, load_before, room_temperature
 from tcp_muscle_ros.recording.lab.reading import LabSheet, sheets_of
 from tcp_muscle_ros.recording.lab.tables import SHARE, Table, find_tables
 from tcp_muscle_ros.recording.lab.text_file import SPACES
@@ -216,7 +216,7 @@ def _run(part: Part, time: DraftTime | float, path: Path) -> DraftRun:
     used = {column.ref for column in columns}
     missing = sorted({text for column in part.columns if column.ref in used for text in _texts(column)})
     known: dict[str, object] = {'title': part.title} if part.title else {}
-    stated, told = _stated_above(part, {column.channel for column in columns})
+    stated, told = _stated_above(part, columns)
     known, notes = known | stated, [*notes, *_assumed(time), *told]
     if 'load_n' not in known and not {'load', 'force'} & {column.channel for column in columns}:
         notes.append(
@@ -231,16 +231,27 @@ def _assumed(time: DraftTime | float) -> list[str]:
     return [time.note] if isinstance(time, DraftTime) and time.note else []
 
 
-def _stated_above(part: Part, channels: set[str]) -> tuple[dict[str, object], list[str]]:
-    """What the words above a table state that no column has, and that it was taken from there."""
+def _stated_above(part: Part, columns: Sequence[DraftColumn]) -> tuple[dict[str, object], list[str]]:
+    """What the words above a table state that no column has, and what was made of it."""
+    refs = {column.channel: column.ref for column in columns}
+    force = next((column for column in part.columns if column.ref == refs.get('force')), None)
+    load = (hanging_load if force is None else load_before)(part.table.preamble)
+    room = room_temperature(part.table.preamble)
     known: dict[str, object] = {}
-    load, room = hanging_load(part.table.preamble), room_temperature(part.table.preamble)
-    if load is not None and not channels & {'load', 'force'}:
-        known['load_n'] = round(load, 6)
-    if room is not None and 'ambient' not in channels:
+    notes = []
+    if load is not None and 'load' not in refs:
+        if force is not None and is_steady(force.numbers[np.isfinite(force.numbers)]):
+            # A force that stays is that of what hangs, and was measured: one load is enough.
+            notes.append(f'the load of {load:.6g} N that is written above is not taken: the force was measured')
+        else:
+            # A force that varies is that of an end that is held or on a spring: the load is what it started from.
+            known['load_n'] = round(load, 6)
+            start = '' if force is None else ' at the start'
+            notes.append(f'a load of {known["load_n"]:g} N{start}, as is written above')
+    if room is not None and 'ambient' not in refs:
         known['ambient_c'] = round(UNITS['degC'].from_si(room), 3)
-    said = {'load_n': 'a load of {:g} N', 'ambient_c': 'a room of {:g} degC'}
-    return known, [f'{said[name].format(value)}, as is written above' for name, value in known.items()]
+        notes.append(f'a room of {known["ambient_c"]:g} degC, as is written above')
+    return known, notes
 
 
 def _texts(column: Column) -> Iterator[str]:

@@ -11,6 +11,7 @@ from tcp_muscle_ros.recording.lab.vocabulary import (
     BEGINNINGS,
     MEASURED,
     MODIFIERS,
+    PRELOADS,
     RATIOS,
     ROLES,
     SETTINGS,
@@ -67,6 +68,11 @@ class Meaning:
 def plain(text: str) -> str:
     """A text with full-width signs and letters as ordinary ones, and single spaces."""
     return ' '.join(unicodedata.normalize('NFKC', text).split())
+
+
+def one_word(text: str) -> str:
+    """A text with pre-load and pre-tension as the one word that they are."""
+    return re.sub(r'\b(pre|pré)[\s_-]+(?=load|tension|charge)', r'\1', text, flags=re.I)
 
 
 def meaning(heading: str, more: str = '', unit_cell: str = '') -> Meaning:
@@ -136,7 +142,7 @@ def _split(heading: str) -> tuple[str, str | None, int]:
 
 def _words(text: str) -> list[str]:
     """Words of letters; a symbol keeps its case, a word its lower one is compared by. 'Troom' is 'T room'."""
-    words = re.findall(r'[^\W\d_]+', re.sub(r'(?<=[a-zä-ü])(?=[A-Z][a-z])', ' ', text))
+    words = re.findall(r'[^\W\d_]+', re.sub(r'(?<=[a-zä-ü])(?=[A-Z][a-z])', ' ', one_word(text)))
     return [part for word in words for part in (_parts(word) or (word,))]
 
 
@@ -163,6 +169,8 @@ def _kind(words: list[str], unit: str | None) -> str:
     if any(word.lower().startswith('fraction') for word in words):
         return 'fraction'
     quantity = UNITS[unit].quantity if unit else None
+    if quantity in (None, 'force') and _any(words, 'load', PRELOADS):
+        return 'load'
     begun = [kind for kind in BEGINNINGS if _any(words, kind, BEGINNINGS)]
     fitting = [kind for kind in begun if quantity in (None, _QUANTITY[kind])]
     if 'ambient' in begun and quantity is None and 'temperature' not in begun:

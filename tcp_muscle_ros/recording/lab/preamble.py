@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from tcp_muscle_ros.recording.lab.cells import number
 from tcp_muscle_ros.recording.lab.grid import Row
-from tcp_muscle_ros.recording.lab.headings import plain
+from tcp_muscle_ros.recording.lab.headings import one_word, plain
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -31,8 +31,9 @@ _ROOMS = 'room ambient raumtemperatur umgebungstemperatur raum ambiante ambiente
 # Of the fibre before it was coiled, of what an instrument can bear.
 _OF_OTHERS = (
     'fibre fiber faser faden filament thread wire cable cell sensor max maximum '
-    'min capacity range limit pre preload vorlast'
+    'min capacity range limit pre preload pretension vorlast'
 )
+_PRELOADS = 'preload pretension vorlast vorspannung vorspannkraft vorkraft précharge precarico precarga'
 _OF_MUSCLE = 'muscle muskel sample specimen probe'  # whose length is the muscle's, and whose weight hangs nowhere
 _WITHIN = re.compile(r'[^\W\d_]+0?(?:\s*[\[(<][^\])>]*[\])>])?\s*[=:]\s*[+-]?[\d.,]+\s*[^\W\d]*')
 _HANGS = (0.02, 50.0)  # N
@@ -68,6 +69,12 @@ def hanging_load(preamble: Sequence[Row]) -> float | None:
     return _stated(preamble, _LOADS, 'force', _HANGS)
 
 
+def load_before(preamble: Sequence[Row]) -> float | None:
+    """What pulled at a muscle (N) before its end was held, as is written above a table: "Preload: 60 g", or "Load"."""
+    preload = _stated(preamble, _PRELOADS, 'force', _HANGS)
+    return hanging_load(preamble) if preload is None else preload
+
+
 def room_temperature(preamble: Sequence[Row]) -> float | None:
     """The room (K) that is written above a table."""
     return _stated(preamble, _ROOMS, 'temperature', _ROOM)
@@ -78,10 +85,10 @@ def _stated(preamble: Sequence[Row], known: str, quantity: str, likely: tuple[fl
     values = set()
     for part in (part for row in preamble for part in _parts(row)):
         found = _STATED.fullmatch(part)
-        words = re.findall(r'[^\W\d_]+0?', found['words']) if found else []
+        words = re.findall(r'[^\W\d_]+0?', one_word(found['words'])) if found else []
         lower = {word.lower() for word in words}
         others = {*_OF_OTHERS.split(), *(() if quantity == 'length' else _OF_MUSCLE.split())}
-        if not found or not ({*words, *lower} & {*known.split()}) or lower & others:
+        if not found or not ({*words, *lower} & {*known.split()}) or lower & (others - {*known.split()}):
             continue
         unit, value = unit_named(found['of'] or found['unit'] or ''), _number(found['number'])
         if unit and value and UNITS[unit].quantity == quantity:

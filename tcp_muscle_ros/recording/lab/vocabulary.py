@@ -36,6 +36,10 @@ BEGINNINGS = {
         '하중 нагрузк груз'
     ),
 }
+# What pulled at a muscle before its end was held: the load that it started from, though a word beside may say force.
+PRELOADS = {
+    'load': 'preload pretension vorlast vorspann vorkraft précharge precharge precarico precarica precarga 予荷重 预载'
+}
 # A symbol that stands for itself; case counts.
 SYMBOLS = {
     'time': 't ts',
