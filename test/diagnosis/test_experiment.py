@@ -113,6 +113,69 @@ def test_resistance_is_derived_from_voltage_and_current():
     assert any('derived' in note for note in experiment.notes)
 
 
+def sensed(level, noisy_ammeter, noisy_voltmeter):
+    """A muscle whose resistance voltage and current show, with ``level`` (A) between its pulses; what it truly was."""
+    current = np.where(CURRENT > 0.0, CURRENT, level)
+    out = simulate(NOMINAL, TIME, current)
+    noise = np.random.default_rng(7).standard_normal((2, TIME.size))
+    made = recording(
+        current=(TIME, current + noisy_ammeter * noise[0]),
+        voltage=(TIME, current * out.resistance + noisy_voltmeter * noise[1]),
+        displacement=(TIME, out.displacement),
+    )
+    return made, out.resistance
+
+
+def test_where_no_current_flows_the_noise_of_two_meters_is_no_resistance():
+    made, true = sensed(0.0, 4e-4, 3e-3)
+    experiment = prepare(made, NOMINAL)
+    seen = experiment.observed['resistance']
+    np.testing.assert_array_equal(seen.time, TIME[CURRENT > 0.0])
+    assert np.max(np.abs(seen.value - true[CURRENT > 0.0])) < 0.2
+    assert np.all(seen.weight == pytest.approx(1.0, abs=0.02))
+    assert any('A flowed, resistance was left out' in note for note in experiment.notes)
+
+
+@pytest.mark.parametrize(('ammeter', 'voltmeter'), [(0.0, 0.0), (5e-5, 5e-4)], ids=['exact', 'quiet'])
+@pytest.mark.parametrize('most', [None, 300])
+def test_a_quiet_current_that_only_senses_keeps_its_readings(ammeter, voltmeter, most):
+    made, true = sensed(0.012, ammeter, voltmeter)
+    experiment = prepare(made, NOMINAL, most=most)
+    seen = experiment.observed['resistance']
+    assert most is not None or seen.time.size == TIME.size
+    assert np.min(np.diff(seen.time)) > 0.04
+    assert np.max(np.diff(seen.time)) < 0.6
+    assert np.max(np.abs(seen.value - np.interp(seen.time, TIME, true))) < 0.4
+    assert not any('left out' in note for note in experiment.notes)
+
+
+def test_a_reading_weighs_by_the_current_that_it_was_taken_with():
+    current = np.select([TIME < 90.0, TIME < 115.0], [0.24, 0.03], 0.0)
+    noise = np.random.default_rng(7).standard_normal((2, TIME.size))
+    made = recording(
+        current=(TIME, current + 2e-4 * noise[0]),
+        voltage=(TIME, 14.0 * current + 2e-3 * noise[1]),
+        displacement=(TIME, current),
+    )
+    seen = prepare(made, NOMINAL, most=300).observed['resistance']
+    assert seen.time[-1] < 115.0
+    assert np.all(seen.weight[(seen.time < 89.0) & (seen.count == seen.count.max())] == pytest.approx(1.0, abs=0.01))
+    small = (seen.time > 91.0) & (seen.time < 114.0)
+    np.testing.assert_allclose(seen.weight[small], 0.16, rtol=0.2)
+    assert np.mean(seen.value[small]) == pytest.approx(14.0, abs=0.03)
+    half = seen.only(seen.time > 80.0)
+    np.testing.assert_array_equal(half.weight, seen.weight[seen.time > 80.0])
+
+
+def test_what_ripples_in_current_and_voltage_alike_hides_no_resistance():
+    ripple = 1.0 + 0.1 * np.random.default_rng(7).standard_normal(TIME.size)
+    current = np.where(CURRENT > 0.0, CURRENT, 0.02) * ripple
+    made = recording(current=(TIME, current), voltage=(TIME, 14.0 * current), displacement=(TIME, CURRENT))
+    seen = prepare(made, NOMINAL).observed['resistance']
+    assert seen.value == pytest.approx(np.full(TIME.size, 14.0))
+    assert np.all(seen.weight == 1.0)
+
+
 def test_what_a_run_is_known_for_counts_before_what_the_user_assumes():
     made = recording({'load_n': 0.2, 'ambient_c': 20.0}, power=(TIME, CURRENT), displacement=(TIME, CURRENT))
     experiment = prepare(made, NOMINAL, Conditions(load=0.9, ambient=300.0))

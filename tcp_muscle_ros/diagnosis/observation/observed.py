@@ -19,6 +19,7 @@ class Observed:
     shape (m,), None where nothing was averaged.
     ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them.
     ``within``: variance (SI squared) of single samples about the mean of their block.
+    ``steady``: what single readings weigh beside a usual one of the recording, at most 1, shape (m,); None: all alike.
     """
 
     time: Array
@@ -28,6 +29,7 @@ class Observed:
     spacing: float = 0.0
     stretch: Array | None = None
     within: float = 0.0
+    steady: Array | None = None
 
     @property
     def apart(self) -> float:
@@ -68,11 +70,14 @@ class Observed:
 
     @cached_property
     def weight(self) -> Array:
-        """What one value weighs beside a usual one: means of fewer samples are noisier."""
-        return np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) if self.count.size else self.count
+        """What one value weighs beside a usual one: means of fewer samples are noisier, and so may be readings."""
+        if not self.count.size:
+            return self.count
+        weight = np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0)
+        return weight if self.steady is None else weight * self.steady
 
     def only(self, keep: Mask) -> 'Observed':
         """Some of the values."""
-        each = ('time', 'value', 'count', 'swinging', 'stretch')
+        each = ('time', 'value', 'count', 'swinging', 'stretch', 'steady')
         kept = {name: getattr(self, name) for name in each if getattr(self, name) is not None}
         return replace(self, **{name: entry[keep] for name, entry in kept.items()})

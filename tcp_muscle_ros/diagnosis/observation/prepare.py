@@ -10,13 +10,12 @@ from tcp_muscle_ros.diagnosis.observation.holding import Conditions, holding_of
 from tcp_muscle_ros.diagnosis.observation.imposed import FOLLOWS_SETPOINT, Imposed
 from tcp_muscle_ros.diagnosis.observation.input_noise import quiet, still_air, which_is_held
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.diagnosis.observation.quotient import nearest_reading, quotient
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.inputs import changes, drive_of, hold, stated_ambient
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recording, shared
 
-_LEAST_SENSE_CURRENT = 1e-3  # A: resistance from voltage and current needs a current
 _SELDOM = 0.01  # of the samples: an input that changes no more often is constant between its steps
 
 
@@ -37,7 +36,7 @@ def prepare(
     conditions = conditions or Conditions()
     notes: list[str] = list(recording.notes)
     kind, drive = _source(recording, _drive(recording))
-    observed = _outputs(recording, notes)
+    observed, steady = _outputs(recording, notes)
     holding, load, used = holding_of(recording, observed, conditions, notes)
     if used is not None:
         observed.pop(used, None)
@@ -69,7 +68,9 @@ def prepare(
     blocks: dict[str, Observed] = {}
     for name, channel in observed.items():
         made = averaged(channel, drive, load, most, start)
-        blocks[name] = replace(made, time=shared(made.time, (other.time for other in blocks.values())))
+        weighs = nearest_reading(steady[name], made.time) if name in steady else None
+        time = shared(made.time, (other.time for other in blocks.values()))
+        blocks[name] = replace(made, time=time, steady=weighs)
     grid = instants_of([channel.time for channel in blocks.values()], drive, load, start, end)
     between, lost = (found[(found[:, 0] >= start) & (found[:, 1] <= end)] for found in (between, lost))
     room = stated_ambient(recording, conditions.ambient)
@@ -99,21 +100,28 @@ def _source(recording: Recording, drive: Channel) -> tuple[str, Channel]:
         return drive.name.removesuffix('_command'), drive
     if changes(drive).size <= _SELDOM * len(drive):
         return drive.name, drive
-    power = Channel('power', drive.time, drive.value * _nearest_reading(voltage, drive.time), drive.topic)
+    power = Channel('power', drive.time, drive.value * nearest_reading(voltage, drive.time), drive.topic)
     found = (drive, power, voltage)
     chosen = found[which_is_held(found)]
     return chosen.name, chosen
 
 
-def _outputs(recording: Recording, notes: list[str]) -> dict[str, Channel]:
-    """The outputs that were recorded, a resistance also as voltage over current; notes say so."""
+def _outputs(recording: Recording, notes: list[str]) -> tuple[dict[str, Channel], dict[str, Channel]]:
+    """The outputs that were recorded, a resistance also as voltage over current, and what readings weigh by their noise
+    where that differs; notes say so."""
     observed = {name: recording[name] for name in OUTPUTS if name in recording and len(recording[name]) > 1}
-    if 'resistance' not in observed and {'voltage', 'current'} <= set(recording.channels):
-        derived = _resistance(recording)
-        if derived is not None:
-            observed['resistance'] = derived
-            notes.append('resistance was derived as voltage over current')
-    return observed
+    if 'resistance' in observed or not {'voltage', 'current'} <= set(recording.channels):
+        return observed, {}
+    derived = quotient(recording['voltage'], recording['current'], 'resistance')
+    if derived is None:
+        return observed, {}
+    notes.append('resistance was derived as voltage over current')
+    if derived.least:
+        notes.append(
+            f'where less than {derived.least:.2g} A flowed, resistance was left out: '
+            'the noise of voltage and current hides it'
+        )
+    return {**observed, 'resistance': derived.ohms}, {'resistance': derived.steady}
 
 
 def _air(recording: Recording, otherwise: float) -> tuple[Channel | float, float]:
@@ -123,19 +131,3 @@ def _air(recording: Recording, otherwise: float) -> tuple[Channel | float, float
         return otherwise, 0.0
     air, unsure = still_air(read)
     return air if len(air) else otherwise, unsure
-
-
-def _resistance(recording: Recording) -> Channel | None:
-    current, voltage = recording['current'], recording['voltage']
-    i = _nearest_reading(current, voltage.time)
-    flows = np.abs(i) > _LEAST_SENSE_CURRENT
-    if flows.sum() < 2:
-        return None
-    return Channel(
-        'resistance', voltage.time[flows], voltage.value[flows] / i[flows], f'{voltage.topic}/{current.topic}'
-    )
-
-
-def _nearest_reading(channel: Channel, time: Array) -> Array:
-    """The reading nearest to each instant: those of one tick arrive in any order."""
-    return channel.value[np.searchsorted(0.5 * (channel.time[1:] + channel.time[:-1]), time)]
