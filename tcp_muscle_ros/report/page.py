@@ -19,6 +19,7 @@ from tcp_muscle_ros.report.next_steps import Asked, steps
 from tcp_muscle_ros.report.ranking import ranking_words
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, RIG
 from tcp_muscle_ros.report.rig_checks import check_on_rig
+from tcp_muscle_ros.report.tables import unfixed
 from tcp_muscle_ros.report.viewer import embedded, viewer_data
 from tcp_muscle_ros.report.words import (
     VERDICTS,
@@ -151,7 +152,7 @@ def _without_empty(heads: list[str], rows: list[list[str]]) -> Table:
 
 def _remark(v: Value) -> str:
     if not v.fixed:
-        return 'not fixed by the data; kept near its nominal value'
+        return f'not fixed by the data; {unfixed(v.value, v.nominal, "this")}'
     return 'at its bound' if v.at_bound else ''
 
 

@@ -11,6 +11,7 @@ from tcp_muscle_ros.settings.parameter_file import describe
 
 # How people read a channel: unit and factor from SI (differences of temperature are the same in K and degC).
 SHOWN = {'temperature': ('K', 1.0), 'resistance': ('ohm', 1.0), 'displacement': ('mm', 1e3), 'force': ('mN', 1e3)}
+_NEAR = 0.1  # of what is nominal
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -55,6 +56,12 @@ def own_note(own: Own) -> str:
     return f'fitted to this recording only: {", ".join(said)} (--as-given takes them as stated)'
 
 
+def unfixed(value: float, nominal: float, shown: str) -> str:
+    """What became of a parameter that the data do not fix: it stayed, or went with others to what is ``shown``."""
+    stayed = abs(value - nominal) <= _NEAR * abs(nominal)
+    return 'kept near its nominal value' if stayed else f'{shown} is one of many that fit'
+
+
 def _edge(e: Estimate, value: float) -> float:
     row = SPECIFICATIONS.get(e.name)
     if row is not None:
@@ -67,7 +74,7 @@ def _row(e: Estimate) -> list[str]:
     unit = 'degC' if e.unit == 'K' else e.unit
     if not e.fixed:
         alone = f' (only together with {e.partner})' if e.partner else ''
-        why = f'not fixed by the data{alone}; kept near its nominal value'
+        why = f'not fixed by the data{alone}; {unfixed(e.value, e.nominal, f"{_edge(e, e.value):.4g}")}'
         return [name, f'{_edge(e, e.nominal):.4g}', '-', '-', unit, why]
     remark = 'at its bound' if e.at_bound else ''
     value, low, high = (f'{_edge(e, x):.5g}' for x in (e.value, e.low, e.high))

@@ -99,7 +99,7 @@ def _parameters(finding: Finding) -> str:
     if law is not None:
         first, last = (number(float(law.value[k]), 2) for k in (0, -1))
         nearest = f'; nearest is {plain(law.nearest)}' if law.nearest else ''
-        return f'over the {plain(law.driver)} from {first} to {last} {law.unit}, a curve in the report{nearest}'
+        return f'{first} to {last} {law.unit} over the {plain(law.driver)}, a curve in the report{nearest}'
     return ', '.join(f'{name} {parameter_text(finding.effect, name, v)}' for name, v in own_parameters(finding).items())
 
 

@@ -1,5 +1,7 @@
 """The sentences of a report state numbers, and these are so."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis.made import TIME, TRUE, experiment
@@ -62,6 +64,15 @@ def test_a_muscle_that_cools_under_a_small_current_is_not_said_to_heat():
 def told(location, **more):
     fits = {'temperature': ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.6, 0.2))}
     return headline('missing_physics', [FINDING], location, {**fits, **more}, None)
+
+
+def test_what_is_more_likely_absent_than_there_may_be_lacking():
+    place, fits = located(0.5, 0.3), {'temperature': ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.6, 0.2))}
+    for probability, said in ((0.9, 'The simulation lacks creep;'), (0.4, 'The simulation may lack creep;')):
+        assert said in headline('missing_physics', [replace(FINDING, probability=probability)], place, fits, None)
+    values = {'c': Value(0.3, 0.2, 0.4, '1')}
+    assert finding_sentence('heat_capacity', values, (), 0.4).startswith('The recordings may show heat capacity')
+    assert finding_sentence('heat_capacity', values, (), 0.6).startswith('The recordings show heat capacity')
 
 
 def test_above_and_below_are_said_of_a_mean_that_has_a_sign():

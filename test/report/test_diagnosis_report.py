@@ -242,7 +242,7 @@ def test_the_terminal_says_where_what_and_how_well(made):
 def test_the_terminal_tells_a_law_without_a_name_by_its_driver(made):
     text = summary(replace(made['unlisted'][0], unexplained=made['unexplained'][0].unexplained))
     assert 'probability 0.61; no listed effect explains it' in text
-    assert 'over the temperature from 0.019 to 0.024 W/K, a curve in the report; nearest is natural convection' in text
+    assert '0.019 to 0.024 W/K over the temperature, a curve in the report; nearest is natural convection' in text
     assert 'explained by no listed effect, but by that law: 42 % of the misfit' in text
     assert 'value_1' not in text
     assert 'unexplained' not in text

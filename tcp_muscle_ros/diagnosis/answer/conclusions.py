@@ -154,7 +154,9 @@ def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Findin
             Finding(
                 c.effect,
                 effect.stage,
-                free_sentence(c.effect, law) if law else finding_sentence(c.effect, values, c.indistinguishable),
+                free_sentence(c.effect, law)
+                if law
+                else finding_sentence(c.effect, values, c.indistinguishable, likely.probability),
                 effect.equation,
                 values,
                 likely.probability,

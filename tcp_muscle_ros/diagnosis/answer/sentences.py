@@ -8,6 +8,8 @@ from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
 
+_EVEN = 0.5  # what is less probable may be
+
 
 def words(effect: str) -> str:
     """An effect's name as words."""
@@ -25,7 +27,7 @@ def amount(channel: str, value: float) -> str:
     return f'{value * known.factor:.2g} {known.unit}'
 
 
-def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[str]) -> str:
+def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[str], probability: float = 1.0) -> str:
     """What the effect is and how strong, and what it cannot be told from."""
     shown = []
     for name, v in values.items():
@@ -35,7 +37,8 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
             continue
         edge = Value(row.to_edge(v.value), row.to_edge(v.low), row.to_edge(v.high), row.edge_unit)
         shown.append(f'{name} = {value_text(edge)}')
-    sentence = f'The recordings show {words(effect)}: {", ".join(shown)}.'
+    say = 'show' if probability >= _EVEN else 'may show'
+    sentence = f'The recordings {say} {words(effect)}: {", ".join(shown)}.'
     if any(v.low <= none <= v.high for v, none in strengths(effect, values)):
         sentence += ' Its interval includes no effect at all.'
     if others:
@@ -133,8 +136,10 @@ def _cause(findings: Sequence[Finding]) -> str:
         name = f'a law without a name ({words(f.effect)})' if f.unlisted is not None else words(f.effect)
         said.append(f'{name} (or {others})' if others else name)
     names = ', '.join(said[:-1]) + (' and ' if said[:-1] else '') + said[-1]
-    who = 'The sensors add' if physics[0].stage == 'sensor' else 'The simulation lacks'
-    return f'{who} {names}'
+    sensor, likely = physics[0].stage == 'sensor', max(f.probability for f in physics) >= _EVEN
+    who = 'The sensors' if sensor else 'The simulation'
+    what = ('add' if likely else 'may add') if sensor else ('lacks' if likely else 'may lack')
+    return f'{who} {what} {names}'
 
 
 def _better(channel: str, findings: Sequence[Finding], fits: Mapping[str, ChannelFit]) -> str:
