@@ -147,9 +147,14 @@ def test_a_listed_form_that_fits_is_not_bent():
     assert with_bent_form(listed) is listed
 
 
+def beside_convection(effect, **values):
+    own = {f'{effect}.{name}': value for name, value in values.items()}
+    two = TRUE.with_effects('natural_convection', effect).replace({'natural_convection.n': 0.3, **own})
+    return selected(two, ['natural_convection', *LISTED, *({effect} - set(LISTED))])
+
+
 def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes():
-    two = TRUE.with_effects('natural_convection', 'friction').replace({'natural_convection.n': 0.3})
-    found = selected(two, ['natural_convection', *LISTED])
+    found = beside_convection('friction', Ff=0.0025)
     assert len(found.chosen) == 2
     weaker = found.chosen[1].effect
     assert named_only_if_likely(found, lambda _: {weaker: Weighed(weaker, 0.6, {})}) is found
@@ -161,10 +166,21 @@ def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes
     assert said.endswith('was found too, but is more likely absent than there (probability 0.20): it is not named')
 
 
+def test_a_weaker_effect_without_which_most_is_missed_stays_and_is_judged_by_what_it_then_explains():
+    found = beside_convection('friction')
+    first, weaker = found.chosen
+    found = replace(found, chosen=(first, replace(weaker, drop=60.0)))  # under the noise that it made
+    left = named_only_if_likely(found, lambda _: {weaker.effect: Weighed(weaker.effect, 0.01, {})})
+    assert [c.effect for c in left.chosen] == [first.effect, weaker.effect]
+    assert left.chosen[1].drop == pytest.approx(weaker.drop, rel=0.5)
+    assert left.doubtful == ()
+
+
 def test_an_end_that_turns_steadily_is_as_doubtful_as_any_other_beside_what_is_there():
     """Sudden slips are seen one by one, and stay; of a steady leak that is an effect like others, they tell nothing."""
-    leaks = TRUE.with_effects('natural_convection', 'torsional_leakage').replace({'natural_convection.n': 0.3})
-    found = selected(leaks, ['natural_convection', 'torsional_leakage'])
+    leaks = {'natural_convection.n': 0.3, 'torsional_leakage.r': 4e-4}
+    leaking = TRUE.with_effects('natural_convection', 'torsional_leakage').replace(leaks)
+    found = selected(leaking, ['natural_convection', 'torsional_leakage'])
     assert {c.effect for c in found.chosen} == {'natural_convection', 'torsional_leakage'}
     found = replace(found, chosen=tuple(sorted(found.chosen, key=lambda c: c.effect == 'torsional_leakage')))
     left = named_only_if_likely(found, lambda _: {'torsional_leakage': Weighed('torsional_leakage', 0.2, {})})

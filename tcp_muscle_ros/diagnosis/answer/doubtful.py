@@ -7,11 +7,13 @@ from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without
 from tcp_muscle_ros.diagnosis.fitting import slips
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
 from tcp_muscle_ros.diagnosis.search.selection import Selection, Weighed
 
 _EVEN = 0.5  # more likely than not; more than is left
+_PLAINLY = 3.0  # times the noise's variance: twice the noise
 _PLAIN = 0.2  # of the misfit of the channel that is missed most, in noises: less is no measure of an explanation
 
 
@@ -20,19 +22,49 @@ def named_only_if_likely(selection: Selection, weighed: Callable[[Selection], Ma
     least likely first; ``weighed`` says how likely each is, by name.
 
     The strongest stays whatever its probability: something is missing there, and its rivals stand beside it. So do
-    sudden slips, which are seen one by one.
+    sudden slips, which are seen one by one, and what explains most of what would be left without it: beside another
+    effect it was found under the noise that it had itself made.
     """
+    needed: set[str] = set()
     while True:
         sudden = selection.final.problem.model.roles.slips if slips.slipping(selection.final) else None
         strongest = max(selection.chosen, key=lambda c: c.drop, default=None)  # a law without a name comes last
-        weaker = [c.effect for c in selection.chosen if c is not strongest and c.effect != sudden]
+        weaker = [
+            c.effect for c in selection.chosen if c is not strongest and c.effect != sudden and c.effect not in needed
+        ]
         if not weaker:
             return selection
         found = weighed(selection)
         least = found[min(weaker, key=lambda effect: found[effect].probability)]
         if least.probability >= _EVEN:
             return selection
-        selection = replace(without(selection, least.effect), doubtful=(*selection.doubtful, least))
+        fewer = without(selection, least.effect)
+        if _needed(selection, fewer):
+            needed.add(least.effect)
+            selection = _told_by_what_is_left(selection, least.effect, fewer)
+        else:
+            selection = replace(fewer, doubtful=(*selection.doubtful, least))
+
+
+def _needed(selection: Selection, fewer: Selection) -> bool:
+    """Whether an effect, without which there are ``fewer``, explains most of what a channel then misses, and that is
+    more than its noise."""
+    noise = {name: s.noise.sigma**2 for name, s in selection.structure_after.items()}
+    left, missed = (
+        {name: max(square[name] / of_noise - 1.0, 0.0) for name, of_noise in noise.items()}
+        for square in (selection.final.mean_square, fewer.final.mean_square)
+    )
+    return any(missed[name] > _PLAINLY and left[name] < (1.0 - _EVEN) * missed[name] for name in noise)
+
+
+def _told_by_what_is_left(selection: Selection, effect: str, fewer: Selection) -> Selection:
+    """The selection in which an effect lowers the misfit by what it does under the noise that is left in the end."""
+    noise = {name: s.noise for name, s in selection.structure_after.items()}
+    without_it, with_it = (
+        fit(fitted.problem.with_noise(noise), fitted.z, rounds=0).objective for fitted in (fewer.final, selection.final)
+    )
+    chosen = (replace(c, drop=max(c.drop, without_it - with_it)) if c.effect == effect else c for c in selection.chosen)
+    return replace(selection, chosen=tuple(chosen))
 
 
 def named_only_if_explained(selection: Selection) -> Selection:
