@@ -23,9 +23,9 @@ from tcp_muscle_ros.diagnosis.search import holdout
 CHANNELS = ('temperature', 'displacement')
 SWINGING = np.mod(TIME, 70.0) < 40.0
 DATA = {
-    Experiment: {'name', 'imposed', 'holding', 'observed', 'known', 'notes', 'start_ns', 'model'},
+    Experiment: {'name', 'imposed', 'holding', 'observed', 'known', 'notes', 'start_ns', 'model', 'fingerprint'},
     Imposed: {'kind', 'time', 'drive', 'load', 'ambient', 'switches', 'lost', 'unsure'},
-    Observed: {'time', 'value', 'count', 'swinging', 'spacing', 'stretch', 'within'},
+    Observed: {'time', 'value', 'count', 'swinging', 'spacing', 'stretch', 'within', 'steady'},
 }
 ROOMS = Path(tcp_muscle_ros.diagnosis.__path__[0])
 # What makes other experiments of a problem: a part of the data, and a planned recording.

@@ -127,10 +127,10 @@ def own_of(experiment: Experiment, muscle: Parameters) -> Own:
     """
     unknowns = own_unknowns(experiment, muscle)
     first = _quickly(Problem((experiment,), muscle, unknowns, quick_noise([experiment])))
-    first = begun_warm(first, _quickly)
-    noise = left_over_noise(first)
-    again = first.problem.with_noise(noise)
-    fitted = _switched(_quickly(again, first.z, known=first.rough_slopes))
+    cold = _under_what_is_left(first)
+    fitted = begun_warm(cold, _quickly)
+    fitted = _switched(cold if fitted is cold else _under_what_is_left(fitted))
+    noise = fitted.problem.noise
     values, shown = fitted.values, fitted.predictions[0]
     floats = fitted.problem.zeros(shown, 0)  # where noise is as slow as what a wrong muscle misses, not its mean
     zeros = {name: float(np.mean(experiment.observed[name].value - shown[name])) for name in floats}
@@ -141,6 +141,12 @@ def own_of(experiment: Experiment, muscle: Parameters) -> Own:
     given = as_given(experiment, muscle)
     gained = _missed(given.run(experiment, muscle), experiment, noise) - _missed(shown, experiment, noise, zeros)
     return own if gained > _CHANCE else given
+
+
+def _under_what_is_left(fitted: Fit) -> Fit:
+    """The fit under the noise that it leaves."""
+    again = fitted.problem.with_noise(left_over_noise(fitted))
+    return _quickly(again, fitted.z, known=fitted.rough_slopes)
 
 
 def _switched(fitted: Fit) -> Fit:

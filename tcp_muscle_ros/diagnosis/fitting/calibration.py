@@ -96,11 +96,19 @@ def calibrate(
     unknowns = base_unknowns(bare.followed, nominal, dict.fromkeys(separate, True))
     problem = replace(bare, unknowns=tuple(unknowns))
     freely = partial(fit, rounds=40, progress=progress)
-    fitted = begun_warm(freely(problem, coarse_start(problem)), freely, coarse_start)
-    for _ in range(rounds - 1):
+    cold = _with_its_noise(freely(problem, coarse_start(problem)), rounds - 1, progress)
+    fitted = begun_warm(cold, freely, coarse_start)
+    if fitted is not cold:
+        fitted = _with_its_noise(fitted, rounds - 1, progress)
+    return Calibration(fitted, tuple(_estimates(fitted)), tuple(_combinations(fitted)))
+
+
+def _with_its_noise(fitted: Fit, rounds: int, progress: Callable[[], None] | None) -> Fit:
+    """The fit under the noise that is left, both estimated in turn so often."""
+    for _ in range(rounds):
         again = fitted.problem.with_noise(left_over_noise(fitted))
         fitted = fit(again, fitted.z, rounds=12, known=fitted.rough_slopes, progress=progress)
-    return Calibration(fitted, tuple(_estimates(fitted)), tuple(_combinations(fitted)))
+    return fitted
 
 
 def in_turn(fitted: Fit) -> Fit:

@@ -16,6 +16,7 @@ from tcp_muscle_ros.diagnosis.model.unknown import START, Unknown
 from tcp_muscle_ros.muscle.arrays import Array
 
 _PULLED = 3.0  # standard deviations of what is expected
+_WARMER = 10.0  # K than its room, at least: by less the runs of a muscle differ for other reasons
 _ANYWHERE = 0.25  # of its bounds: the standard deviation of what may be anything
 
 
@@ -33,10 +34,9 @@ def begun_warm(
     problem, z = _with_free(fitted, drawn)
     starts = [z, further(problem)] if further else [z]
     warm = min((fitting(problem, z) for z in starts), key=lambda f: f.objective)
-    still = [
-        d and abs(warm.values[u.key] - u.start) > _PULLED * u.spread
-        for u, d in zip(fitted.problem.unknowns, drawn, strict=True)
-    ]
+    still = [d and warm.values[u.key] - u.start > _WARMER for u, d in zip(fitted.problem.unknowns, drawn, strict=True)]
+    if not any(still):
+        return fitted
     if still != drawn:  # the others were drawn along by the muscle
         warm = fitting(*_with_free(warm, still, fitted.problem.unknowns))
     return warm if fitted.objective - warm.objective >= problem.policy.least_drop else fitted
@@ -57,7 +57,7 @@ def warm_at_the_start(fitted: Fit) -> dict[int, float]:
 
 def _drawn(fitted: Fit) -> list[bool]:
     return [
-        u.name == START and u.spread < _wide(u) and abs(z - u.to_fit(u.start)) > _PULLED * u.prior_spread
+        u.name == START and u.spread < _wide(u) and z - u.to_fit(u.start) > _PULLED * u.prior_spread
         for u, z in zip(fitted.problem.unknowns, fitted.z, strict=True)
     ]
 
