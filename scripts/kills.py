@@ -100,7 +100,7 @@ class Kills:
         self.worst: dict[str, float] = dict.fromkeys(MUST, 0.0)
         self.count: dict[str, int] = dict.fromkeys(MUST, 0)
         self.failures: list[str] = []
-        self.begun_again = 0
+        self.begun_again = self.twins_again = 0
         self._bag = self._inquiry = 0
         (folder / 'protocol.yaml').write_text(PROTOCOL)
         rclpy.init(args=[])
@@ -185,7 +185,7 @@ class Kills:
             if not self.until(lambda: self.alone.last > 0.0, 'the investigation heats nothing'):
                 return
         elif role == 'twin':
-            self.until(lambda: self.predicted.messages, 'no prediction')
+            self._predicts()
         elif role == 'recorder':
             self.until((self.bag / 'metadata.yaml').exists, 'no bag')
         time.sleep(self.random.uniform(0.1, 2.0))
@@ -211,6 +211,22 @@ class Kills:
         self.until(lambda: time.monotonic() - moment > LOOK, 'time')
         self.until(lambda: self.current.last > 0.0, 'twin killed: no current', PAUSE)
         self.start('twin')
+
+    def _predicts(self) -> None:
+        """Wait for the twin; one that has discovered no muscle for long is started again and counted."""
+        deadline = time.monotonic() + PATIENCE / 2.0
+        while not self.predicted.messages and time.monotonic() < deadline:
+            time.sleep(0.01)
+        if not self.predicted.messages:
+            self.twins_again += 1
+            self.kill('twin')
+            self.start('twin')
+        if not self.until(lambda: self.predicted.messages, 'no prediction'):
+            self.failures[-1] += self._said('twin')
+
+    def _said(self, role: str) -> str:
+        said = (self.folder / f'{role}.txt').read_text().splitlines()
+        return f' (load average {os.getloadavg()[0]:.1f}); it said: {said[-1] if said else "nothing"}'
 
     def _recorder(self) -> None:
         pid = self.processes['recorder'].pid
@@ -239,8 +255,7 @@ class Kills:
         self.hold('investigation', self.alone.zero_after(moment), WATCHDOG + MARGIN)
         self.start('investigation')
         if not self.until(self._goes_on, 'the investigation does not go on'):
-            said = (self.folder / 'investigation.txt').read_text().splitlines()
-            self.failures[-1] += f' (load average {os.getloadavg()[0]:.1f}); it said: {said[-1] if said else "nothing"}'
+            self.failures[-1] += self._said('investigation')
         self.kill('investigation')
 
     def _goes_on(self) -> bool:
@@ -287,6 +302,7 @@ def document(kills: Kills, took: float) -> str:
             *rows,
             '',
             f'Investigations that discovered no muscle and had to be resumed once more: {kills.begun_again}.',
+            f'Twins that discovered none in {PATIENCE / 2:.0f} s and had to be started again: {kills.twins_again}.',
             'What a recorder waited for a core is in its longest, and allowed beside its second.',
             *(f'- {failure}' for failure in kills.failures),
         ]
