@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -128,7 +129,7 @@ class Recording:
     def __contains__(self, name: object) -> bool:
         return name in self.channels
 
-    @property
+    @cached_property
     def fingerprint(self) -> str:
         """What tells it from any other, whatever its file is called and says of a date: its readings, in single
         precision, as a conversion of units and back rounds. Not its inputs alone: those of one protocol are equal."""

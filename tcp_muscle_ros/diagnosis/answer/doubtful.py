@@ -49,12 +49,8 @@ def named_only_if_likely(selection: Selection, weighed: Callable[[Selection], Ma
 def _needed(selection: Selection, fewer: Selection) -> bool:
     """Whether an effect, without which there are ``fewer``, explains most of what a channel then misses, and that is
     more than its noise."""
-    noise = {name: s.noise.sigma**2 for name, s in selection.structure_after.items()}
-    left, missed = (
-        {name: max(square[name] / of_noise - 1.0, 0.0) for name, of_noise in noise.items()}
-        for square in (selection.final.mean_square, fewer.final.mean_square)
-    )
-    return any(missed[name] > _PLAINLY and left[name] < (1.0 - _EVEN) * missed[name] for name in noise)
+    left, missed = (_beyond_noise(selection, fitted.mean_square) for fitted in (selection.final, fewer.final))
+    return any(missed[name] > _PLAINLY and left[name] < (1.0 - _EVEN) * missed[name] for name in missed)
 
 
 def _told_by_what_is_left(selection: Selection, effect: str, fewer: Selection) -> Selection:
@@ -86,16 +82,20 @@ def explained(selection: Selection) -> float:
 
     Where a weight swings, of all that was missed: while it does, samples weigh little beside the others.
     """
-    noise = {name: s.noise.sigma**2 for name, s in selection.structure_after.items()}
     swings = selection.final.problem.model.roles.swings in {c.effect for c in selection.chosen}
     had, has = (
-        {name: max(missed[name] / of_noise - 1.0, 0.0) for name, of_noise in noise.items()}
-        for missed in (
-            fitted.plain_square if swings else fitted.mean_square for fitted in (selection.calibrated, selection.final)
-        )
+        _beyond_noise(selection, fitted.plain_square if swings else fitted.mean_square)
+        for fitted in (selection.calibrated, selection.final)
     )
     most = max(had.values())
     return max((1.0 - has[name] / had[name] for name in had if had[name] > _PLAIN * most), default=1.0)
+
+
+def _beyond_noise(selection: Selection, square: Mapping[str, float]) -> dict[str, float]:
+    """By how much a mean square error exceeds the noise, in variances of the noise that is left in the end, by
+    channel."""
+    noise = {name: s.noise.sigma**2 for name, s in selection.structure_after.items()}
+    return {name: max(square[name] / of_noise - 1.0, 0.0) for name, of_noise in noise.items()}
 
 
 def without(selection: Selection, effect: str) -> Selection:
