@@ -24,7 +24,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.bending import with_bent_form
 from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
 from tcp_muscle_ros.diagnosis.search.second_start import select_twice
-from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.diagnosis.search.weathered import with_weather
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.settings.rig import Rig, on_rig

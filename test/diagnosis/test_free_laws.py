@@ -14,7 +14,8 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search.bending import _no_worse, with_bent_form
 from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _range, promising, with_free_law
-from tcp_muscle_ros.diagnosis.search.selection import Weighed, select
+from tcp_muscle_ros.diagnosis.search.selected import Weighed
+from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.muscle.free_basis import basis
 
 CHANNELS = ('temperature', 'resistance', 'displacement')

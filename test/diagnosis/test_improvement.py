@@ -16,7 +16,7 @@ from tcp_muscle_ros.diagnosis.observation.blocks import averaged
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, held_out, stretches
 from tcp_muscle_ros.diagnosis.search.picking import NOTHING
-from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 from tcp_muscle_ros.recording.recording import Channel
 

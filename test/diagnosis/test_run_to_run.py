@@ -20,7 +20,7 @@ from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.search.holdout import Gain
 from tcp_muscle_ros.diagnosis.search.rivals import Rival
-from tcp_muscle_ros.diagnosis.search.selection import Chosen
+from tcp_muscle_ros.diagnosis.search.selected import Chosen
 from tcp_muscle_ros.muscle import simulate
 
 TIME = np.arange(0.0, 75.0, 0.5)

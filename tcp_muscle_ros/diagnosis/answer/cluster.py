@@ -6,7 +6,7 @@ One of them is the finding, and its share says how much it leads; the others are
 
 from tcp_muscle_ros.diagnosis.answer.findings import Member
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
-from tcp_muscle_ros.diagnosis.search.selection import Chosen
+from tcp_muscle_ros.diagnosis.search.selected import Chosen
 
 _LEAST = 0.02  # a member that is less probable is not told
 

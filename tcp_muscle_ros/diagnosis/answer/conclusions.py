@@ -46,7 +46,7 @@ from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate, worst_channel
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
-from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection, Weighed
+from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection, Weighed
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.settings.rig import Rig, RigLimits, beside
 

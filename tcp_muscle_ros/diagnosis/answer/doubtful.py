@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
-from tcp_muscle_ros.diagnosis.search.selection import Selection, Weighed
+from tcp_muscle_ros.diagnosis.search.selected import Selection, Weighed
 
 _EVEN = 0.5  # more likely than not; more than is left
 _PLAINLY = 3.0  # times the noise's variance: twice the noise

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
-from tcp_muscle_ros.diagnosis.search.selection import Weighed
+from tcp_muscle_ros.diagnosis.search.selected import Weighed
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.settings.ages import Age

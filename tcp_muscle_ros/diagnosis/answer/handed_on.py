@@ -13,7 +13,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import STIFFNESS
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.late import taken_out
-from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.settings.ages import Age
 from tcp_muscle_ros.settings.rig import BY_EFFECT, Quantity, Rig, RigLimits, from_effects

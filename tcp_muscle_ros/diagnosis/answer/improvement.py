@@ -14,7 +14,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.holdout import changed_by, held_out
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
-from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import Parameters
 
 _NINETY = 1.645  # standard deviations either way of a 90 % interval

@@ -13,7 +13,7 @@ from tcp_muscle_ros.diagnosis.fitting.warm_start import warm_at_the_start
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.remaining import wandering
-from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
 from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.settings.ages import Age

@@ -12,7 +12,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import Finding, Value
 from tcp_muscle_ros.diagnosis.answer.improvement import certainty
-from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
 
 _CERTAIN = 1e-4  # nearer to 0 or 1 a share says no more
 _SCALE = 4.0  # of log odds: terms are about as large as 1

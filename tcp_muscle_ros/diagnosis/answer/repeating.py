@@ -15,7 +15,7 @@ from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability
 from tcp_muscle_ros.diagnosis.noise.replicates import protocols
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
-from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import Parameters
 
 _PLAINLY = 1.5  # times what differs from run to run: more has another cause

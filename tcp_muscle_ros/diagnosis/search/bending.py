@@ -15,7 +15,7 @@ from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.free_laws import HALF, excess, promising, refitted
 from tcp_muscle_ros.diagnosis.search.holdout import confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.rivals import penalised
-from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import EFFECTS
 
 _TRIED = 2

@@ -24,7 +24,7 @@ from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
-from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.free_basis import FREE, Basis, basis

@@ -2,7 +2,7 @@
 
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
-from tcp_muscle_ros.diagnosis.search.selection import Selection
+from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
 
 _BEYOND, _PLAIN, _FAR_BEYOND = 1.5, 4.0, 8.0  # times the noise's variance

@@ -16,7 +16,8 @@ from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised
-from tcp_muscle_ros.diagnosis.search.selection import Selection, select, select_from
+from tcp_muscle_ros.diagnosis.search.selected import Selection
+from tcp_muscle_ros.diagnosis.search.selection import select, select_from
 from tcp_muscle_ros.diagnosis.search.unrested import unrested
 
 _SECONDS = 2  # refitted beside each first effect

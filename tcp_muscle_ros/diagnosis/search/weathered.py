@@ -20,7 +20,7 @@ from tcp_muscle_ros.diagnosis.search.holdout import Gain, held_out, stretches
 from tcp_muscle_ros.diagnosis.search.refitting import one_for_each, shrink
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
-from tcp_muscle_ros.diagnosis.search.selection import Chosen, Selection
+from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
 
 _LAW = 0.2  # of a course (squared): more that the state foretells is a law's
 _SURE = 10.0  # least drops
