@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.answer.shapes import as_assumed
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import ages
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
@@ -33,7 +34,7 @@ def improved_muscle(selection: Selection) -> Parameters:
     these recordings does so otherwise in the next. Of slips at their own instants it keeps the mean.
     """
     final = selection.best
-    muscle = as_it_begins(now(foretelling(final, selection.calibrated)), final)
+    muscle = as_it_begins(now(foretelling(as_assumed(final), selection.calibrated)), final)
     own = {u.name.split('.')[0] for u in final.problem.unknowns if u.each_has}
     physics = [e for e in muscle.effects if EFFECTS[e].of_muscle and e not in own]
     leakage = slips.mean_leakage(final) if selection.leapt is None else None
