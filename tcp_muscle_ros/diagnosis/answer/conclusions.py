@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Value,
 )
 from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
-from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, rig_of
+from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, of_form, rig_of
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
 from tcp_muscle_ros.diagnosis.answer.notes import (
@@ -71,13 +71,11 @@ def calibrated_values(fitted: Fit, nominal: Parameters, without: Fit | None = No
 
     What the effects move them by, as against a fit ``without`` any, is known as well as the effects' form is.
     """
-    bare = dict(zip((u.key for u in without.problem.unknowns), without.z, strict=True)) if without else {}
     found = {}
     for k, u in enumerate(fitted.problem.unknowns):
         if '.' in u.name or u.name in (AMBIENT, START):
             continue
-        form = fitted.problem.policy.form
-        low, high = fitted.interval(k, beside=form * abs(float(fitted.z[k]) - bare.get(u.key, float(fitted.z[k]))))
+        low, high = fitted.interval(k, beside=of_form(fitted, without, k) if without else 0.0)
         value = u.from_fit(float(fitted.z[k]))
         fixed = u.fixed_by(float(np.sqrt(fitted.covariance[k, k])))
         edge = bool(np.isclose(value, u.low, rtol=1e-4) or np.isclose(value, u.high, rtol=1e-4))

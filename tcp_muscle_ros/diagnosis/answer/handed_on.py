@@ -61,9 +61,7 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
         return final
     (k,) = places
     unknown = problem.unknowns[k]
-    bare = next(z for u, z in zip(calibrated.problem.unknowns, calibrated.z, strict=True) if u.key == unknown.key)
-    moved = problem.policy.form * abs(float(final.z[k] - bare))
-    said, assumed = float(final.covariance[k, k]) + moved**2, _COIL_TO_COIL**2
+    said, assumed = float(final.covariance[k, k]) + of_form(final, calibrated, k) ** 2, _COIL_TO_COIL**2
     held = (float(final.z[k]) * assumed + unknown.to_fit(unknown.start) * said) / (said + assumed)
     share, before = problem.policy.alike, _missed(calibrated)
     allowed = {n: (1.0 + _HARDLY) * e + share * max(before[n] - e, 0.0) for n, e in _missed(final).items()}
@@ -75,6 +73,23 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
             break
         reached = near
     return reached
+
+
+def of_form(final: Fit, calibrated: Fit, k: int) -> float:
+    """How well an unknown is known beside its covariance (standard deviation, fit's coordinate): what the effects move
+    it by, as against a fit without any, is known as well as their form is.
+
+    A stiffness that one load told is astray without them too: there it counts from what was assumed.
+    """
+    problem, z = final.problem, float(final.z[k])
+    unknown = problem.unknowns[k]
+    if final is calibrated:
+        return 0.0
+    bare = (float(z) for u, z in zip(calibrated.problem.unknowns, calibrated.z, strict=True) if u.key == unknown.key)
+    moved = abs(z - next(bare, z))
+    if unknown.key == (STIFFNESS, None) and one_load(problem.experiments):
+        moved = max(moved, abs(z - unknown.to_fit(unknown.start)))
+    return problem.policy.form * moved
 
 
 def _missed(fitted: Fit) -> dict[str, float]:

@@ -27,7 +27,7 @@ def as_assumed(final: Fit) -> Fit:
 
 
 def _admitted(fitted: Fit) -> list[int]:
-    """The unknowns that are shapes of effects and may be what was assumed; those that the recordings know best first."""
+    """The unknowns that are shapes of effects and may be what was assumed; those that are known best first."""
     problem, found = fitted.problem, {}
     for k, unknown in enumerate(problem.unknowns):
         effect, _, name = unknown.name.partition('.')
