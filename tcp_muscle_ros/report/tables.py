@@ -69,12 +69,13 @@ def _edge(e: Estimate, value: float) -> float:
     return value - 273.15 if e.unit == 'K' else value
 
 
-def _row(e: Estimate) -> list[str]:
+def _row(e: Estimate, handed: float) -> list[str]:
+    """Its row in the table; ``handed``: the value that the calibrated muscle has."""
     name = e.name if e.recording is None else f'{e.name} [{e.recording + 1}]'
     unit = 'degC' if e.unit == 'K' else e.unit
     if not e.fixed:
         alone = f' (only together with {e.partner})' if e.partner else ''
-        why = f'not fixed by the data{alone}; {unfixed(e.value, e.nominal, f"{_edge(e, e.value):.4g}")}'
+        why = f'not fixed by the data{alone}; {unfixed(handed, e.nominal, f"{_edge(e, handed):.4g}")}'
         return [name, f'{_edge(e, e.nominal):.4g}', '-', '-', unit, why]
     remark = 'at its bound' if e.at_bound else ''
     value, low, high = (f'{_edge(e, x):.5g}' for x in (e.value, e.low, e.high))
@@ -85,7 +86,9 @@ def _row(e: Estimate) -> list[str]:
 
 def calibration_table(calibration: Calibration) -> str:
     """Parameters with 90 % intervals, those that the data do not fix said to be so, and the misfit by channel."""
-    rows = [_row(e) for e in (*calibration.estimates, *calibration.combinations)]
+    muscle = calibration.parameters
+    found = (*calibration.estimates, *calibration.combinations)
+    rows = [_row(e, muscle[e.name] if e.recording is None and e.name in muscle else e.value) for e in found]
     lines = [table(['parameter', 'nominal', 'value', '90 % interval', 'unit', 'remark'], rows), '']
     if any(e.name == 'B' for e in calibration.estimates):
         lines.append('note: recordings determine only the products B c1 and B c2; c1 is kept at its nominal value')

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.answer.shapes import as_assumed
 from tcp_muscle_ros.diagnosis.fitting import slips
+from tcp_muscle_ros.diagnosis.fitting.as_assumed import as_assumed
 from tcp_muscle_ros.diagnosis.fitting.calibration import ages
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent

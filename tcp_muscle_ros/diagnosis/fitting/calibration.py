@@ -6,11 +6,12 @@ colour of what the model leaves over, so that a model that does not fit well doe
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import product
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.fitting.as_assumed import as_assumed
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.warm_start import begun_warm
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Before, Latent
@@ -56,10 +57,10 @@ class Calibration:
         """Whether the data want the fibre hotter than a muscle survives: hA and the gain are then that limit's."""
         return any(float(part[-1]) > 0.0 for part in self.fit.residuals)
 
-    @property
+    @cached_property
     def parameters(self) -> Parameters:
-        """The calibrated muscle; a parameter that the data do not fix keeps the value at which the rest was fitted."""
-        return self.fit.muscle
+        """The calibrated muscle; what the data do not fix is as assumed, where the rest fits as well so."""
+        return as_assumed(self.fit).muscle
 
     def rmse(self) -> dict[str, list[float]]:
         """Root mean square misfit (SI) by channel, one entry a recording (nan where it was not observed)."""

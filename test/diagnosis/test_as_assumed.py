@@ -7,7 +7,7 @@ from diagnosis.made import NOMINAL, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
 from tcp_muscle_ros.diagnosis.answer.replaying import own_of, replay
-from tcp_muscle_ros.diagnosis.answer.shapes import as_assumed
+from tcp_muscle_ros.diagnosis.fitting.as_assumed import as_assumed
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.search.candidates import screen
