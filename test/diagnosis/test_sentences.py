@@ -142,6 +142,24 @@ def test_a_strength_that_may_be_nothing_is_said_to_be():
     assert 'no effect' not in finding_sentence('heat_capacity', {'c': Value(0.3, 0.2, 0.4, '1')}, ())
 
 
+@pytest.mark.parametrize(
+    ('effect', 'values', 'nothing'),
+    [
+        ('resistance_strain', {'GF': Value(0.12, 0.11, 0.13, '1'), 'n': Value(0.01, -0.01, 0.02, '1')}, False),
+        ('clock_skew', {'d': Value(0.38, 0.34, 0.41, 's'), 'r': Value(1e-5, 0.0, 1e-4, '1')}, False),
+        ('displacement_drift', {'r': Value(1.4e-6, 1.3e-6, 1.5e-6, 'm/s'), 'c': Value(-0.1, -0.2, 0.1, '1')}, False),
+        ('shear_softening', {'b': Value(0.7, 0.1, 1.4, '1'), 'm': Value(-2.0, -2.0, 0.6, '1')}, False),
+        ('shear_softening', {'b': Value(0.7, -0.1, 1.4, '1'), 'm': Value(-2.0, -2.0, 0.6, '1')}, True),
+        ('thermocouple_gain', {'g': Value(0.99, 0.97, 1.01, '1')}, True),  # no effect is a gain of 1
+        ('thermocouple_gain', {'g': Value(0.5, -0.1, 0.9, '1')}, False),
+    ],
+)
+def test_a_second_parameter_that_may_be_zero_does_not_make_an_effect_absent(effect, values, nothing):
+    said = finding_sentence(effect, values, ())
+    assert ('Its interval includes no effect at all.' in said) is nothing
+    assert Finding(effect, '', said, '', values, 0.9, (), {}, 9.0).may_be_nothing is nothing
+
+
 def test_where_no_experiment_decides_it_is_said_what_would_help():
     runs = [experiment(('displacement',))]
     doubtful = Finding(**{**vars(FINDING), 'indistinguishable_from': ('viscous_flow',)})

@@ -139,8 +139,7 @@ class Finding:
     @property
     def may_be_nothing(self) -> bool:
         """Whether the intervals of all by which it acts contain no effect."""
-        bounds = strengths(self.effect, self.parameters)
-        return bool(bounds) and all(v.low <= none <= v.high for v, none in bounds)
+        return includes_nothing(self.effect, self.parameters)
 
     @property
     def singled_out(self) -> bool:
@@ -286,3 +285,12 @@ def strengths(effect: str, parameters: Mapping[str, Value]) -> list[tuple[Value,
     nothing = {row.name: 0.0 for row in definition.fitted if row.value == 0.0} | {definition.strength: definition.none}
     own = [(name.removeprefix(f'{effect}.').split(' ')[0], value) for name, value in parameters.items()]
     return [(value, nothing[name]) for name, value in own if name in nothing]
+
+
+def includes_nothing(effect: str, parameters: Mapping[str, Value]) -> bool:
+    """Whether the intervals of all by which an effect acts contain no effect: one that does not says that it is there.
+
+    An exponent or a pace that may be zero takes nothing from a strength that may not.
+    """
+    bounds = strengths(effect, parameters)
+    return bool(bounds) and all(v.low <= none <= v.high for v, none in bounds)

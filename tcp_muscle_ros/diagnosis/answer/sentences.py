@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from tcp_muscle_ros.diagnosis.answer.digits import value_text
-from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, FreeLaw, Value, strengths
+from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, FreeLaw, Value, includes_nothing
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
@@ -39,7 +39,7 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
         shown.append(f'{name} = {value_text(edge)}')
     say = 'show' if probability >= _EVEN else 'may show'
     sentence = f'The recordings {say} {words(effect)}: {", ".join(shown)}.'
-    if any(v.low <= none <= v.high for v, none in strengths(effect, values)):
+    if includes_nothing(effect, values):
         sentence += ' Its interval includes no effect at all.'
     if others:
         sentence += f' These recordings could also be explained by {", ".join(words(o) for o in others)}.'
