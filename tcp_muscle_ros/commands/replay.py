@@ -94,6 +94,8 @@ def run(args: argparse.Namespace) -> int:
     print(comparison_table(compared))
     if own is not None and own.fitted:
         print(own_note(own))
+        if own.strayed:
+            print(f'warning: {own.warning} (--as-given takes the room as stated)')
     if output:
         with in_place_of(output) as draft:
             write_overlay(draft, experiment, compared)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from statistics import median
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
-from tcp_muscle_ros.diagnosis.answer.replaying import SETTLED_BY, ReplayedErrors, own_of
+from tcp_muscle_ros.diagnosis.answer.replaying import FAR, SETTLED_BY, Own, ReplayedErrors, own_of
 from tcp_muscle_ros.diagnosis.answer.sentences import headline
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.observe import conditions
@@ -46,6 +46,7 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
     improved = on_rig(physics_only(d.improved), d.rig)
     muscles = [(d.nominal, dict(operating)), (d.calibrated or d.nominal, room), (improved, room)]
     errors = [ReplayedErrors() for _ in muscles]
+    strayed: list[Own] = []  # rooms of the nominal muscle
     ages = iter(d.ages)  # one for each part, in the order in which they were diagnosed; none for what does not age
     while recordings:
         for part in mend(recordings.pop(0)).parts:  # what no model follows counts against none
@@ -55,10 +56,14 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
                 stated = conditions(ParameterFile(muscle, given))
                 own = own_of(prepare(part, muscle, stated, SETTLED_BY), then)
                 error.add(prepare(part, muscle, stated), then, own)
+                strayed += [own] if muscle is d.nominal and abs(own.strayed) > FAR else []
     before, recalibrated, after = (error.rmse() for error in errors)
     fit = {
         name: replace(f, nominal=before[name], calibrated=recalibrated[name], improved=after[name])
         for name, f in d.fit.items()
         if name in after
     }
-    return replace(d, fit=fit, headline=headline(d.verdict, d.findings, d.location, fit, d.unexplained, d.headline))
+    said = headline(d.verdict, d.findings, d.location, fit, d.unexplained, d.headline)
+    farthest = max(strayed, key=lambda own: abs(own.strayed), default=None)
+    beside = (f'the nominal errors: {farthest.warning}',) if farthest else ()
+    return replace(d, fit=fit, headline=said, notes=(*d.notes, *beside))

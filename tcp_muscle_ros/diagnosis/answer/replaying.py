@@ -5,7 +5,7 @@ at the start and what else it has not yet recovered from, the zero of its displa
 samples its drive switched. ``own_of`` fits these and nothing else.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.fitting.switching import settled
 from tcp_muscle_ros.diagnosis.fitting.warm_start import begun_warm
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import own_unknowns
-from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START, Unknown
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Earlier
@@ -29,6 +29,7 @@ _FIRST = 20  # readings
 _ROUNDS = 12  # of fitting what a recording brings of its own
 SETTLED_BY = 500  # observations a channel that it is fitted to
 _quickly = partial(fit, rounds=_ROUNDS, tolerance=1e-5)
+FAR, _AT_BOUND = 10.0, 0.99  # K of a room from what was read or stated of it; of as far as it may go
 _CHANCE = 20.0  # of the squared error in units of the noise: more is no chance
 
 
@@ -79,7 +80,8 @@ class Own:
     """What a recording brings of its own: ``ambient`` (K, None: as it was recorded), the fibre's temperature at the
     ``start`` (K), by channel what is shown at the model's ``zeros`` (SI), the ``states`` of the muscle's effects at the
     start, by parameter, and which ``switches`` of the drive came before they were shown. ``fitted``: it was, to what
-    was recorded."""
+    was recorded. ``strayed``: how far (K) the room was drawn from what was read or stated of it, where that is more
+    than a room is wrong: then the muscle is."""
 
     ambient: float | None
     start: float
@@ -87,6 +89,18 @@ class Own:
     states: Mapping[str, float] = field(default_factory=dict)
     switches: tuple[Earlier, ...] = ()
     fitted: bool = False
+    strayed: float = 0.0
+
+    @property
+    def warning(self) -> str:
+        """What a room says that strayed; empty where it did not."""
+        if not self.strayed:
+            return ''
+        side = 'above' if self.strayed > 0.0 else 'below'
+        return (
+            f'the room was fitted {abs(self.strayed):.1f} K {side} what was read or stated of it: the parameters are '
+            f'probably those of another muscle, and the room makes up for some of that'
+        )
 
     def followed(self, experiment: Experiment) -> Experiment:
         """The recording with its drive switched when it did."""
@@ -137,10 +151,21 @@ def own_of(experiment: Experiment, muscle: Parameters) -> Own:
     states = {u.name: values[u.key] for u in unknowns if u.name in muscle}
     switched = fitted.problem.latents[0].switched
     moves = switched.moves if switched else ()
-    own = Own(values.get((AMBIENT, 0)), values[START, 0], zeros, states, moves, fitted=True)
+    room = values.get((AMBIENT, 0))
+    own = Own(room, values[START, 0], zeros, states, moves, fitted=True, strayed=_strayed(unknowns, room))
     given = as_given(experiment, muscle)
     gained = _missed(given.run(experiment, muscle), experiment, noise) - _missed(shown, experiment, noise, zeros)
     return own if gained > _CHANCE else given
+
+
+def _strayed(unknowns: Sequence[Unknown], room: float | None) -> float:
+    """How far (K) a room lies from the middle of where it may be, where it is at the end of that or 10 K away."""
+    for u in unknowns:
+        if u.name == AMBIENT and room is not None:
+            middle = 0.5 * (u.low + u.high)
+            off, most = room - middle, 0.5 * (u.high - u.low)
+            return off if abs(off) > min(FAR, _AT_BOUND * most) else 0.0
+    return 0.0
 
 
 def _under_what_is_left(fitted: Fit) -> Fit:

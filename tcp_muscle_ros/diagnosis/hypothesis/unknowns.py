@@ -1,10 +1,12 @@
 """What a fit may change beside what a calibration does: the parameters of effects."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.model.model import Model
-from tcp_muscle_ros.diagnosis.model.unknown import Unknown
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START, Unknown
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.resting import room_read
 from tcp_muscle_ros.muscle import Parameters
 
 _STATE = 0.4  # spread of a state at the start, of what it can be
@@ -45,10 +47,24 @@ def states_at_start(model: Model, name: str, parameters: Parameters, recording: 
 
 
 def own_unknowns(experiment: Experiment, muscle: Parameters) -> tuple[Unknown, ...]:
-    """What a recording of a known muscle brings of its own: the room, and the states at the start."""
-    base = tuple(u for u in base_unknowns([experiment], muscle) if u.recording is not None)
+    """What a recording of a known muscle brings of its own: the room, and the states at the start.
+
+    Where a thermometer read the room while the muscle rested, the room and the start stay as near to that as a room is
+    known beforehand: another muscle's resistance would draw them anywhere.
+    """
+    base = [u for u in base_unknowns([experiment], muscle) if u.recording is not None]
+    within = next((u.spread for u in base if u.name == AMBIENT), None)
+    read = None if within is None else room_read(experiment, muscle, within)
+    if within is not None and read is not None:
+        base = [_near(u, read, within) if u.name in (AMBIENT, START) else u for u in base]
     states = (u for name in muscle.effects for u in states_at_start(experiment.model, name, muscle, 0))
     return (*base, *states)
+
+
+def _near(unknown: Unknown, value: float, within: float) -> Unknown:
+    """The same, bound to a value."""
+    low, high = value - within, value + within
+    return replace(unknown, start=min(max(unknown.start, low), high), low=low, high=high)
 
 
 def base_unknowns(
