@@ -1,6 +1,6 @@
-"""A diagnosis in at most twenty lines of the terminal."""
+"""A diagnosis in the terminal: lines that are too long go on below, and none is cut before its numbers."""
 
-from textwrap import shorten, wrap
+from textwrap import wrap
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Finding
 from tcp_muscle_ros.muscle import SPECIFICATIONS
@@ -24,34 +24,35 @@ from tcp_muscle_ros.report.words import (
     told_apart,
 )
 
-LINES, WIDTH = 20, 100
-_SENTENCE = 3  # lines of the headline
-_FINDINGS = 4  # lines of findings
+WIDTH = 100  # characters
+_FINDINGS = 4  # told with their numbers
 _CHANGED = 3  # parameters named
+_NAMED = 6  # effects in a list whose rest is in the report
 
 
 def summary(diagnosis: Diagnosis, report: object = None) -> str:
-    """The outcome for the terminal: at most LINES lines, of WIDTH characters; ``report``: where all of it is."""
+    """The outcome for the terminal, in lines of WIDTH characters; ``report``: where all of it is."""
     d = diagnosis
-    lines = wrap(d.headline, WIDTH, max_lines=_SENTENCE, placeholder=' ...')
     partial = 'INTERRUPTED, partial ' if d.partial else ''
-    lines.append(f'{partial}verdict: {VERDICTS[d.verdict]} ({d.verdict})')
+    lines = [f'{partial}verdict: {VERDICTS[d.verdict]} ({d.verdict})']
     lines += [_recordings(d), *_repeatability(d), *_location(d), *_findings(d)]
-    lines += [*_calibration(d), *_fit(d), *_unexplained(d)]
-    if d.not_testable:
-        lines.append('not testable here: ' + ', '.join(plain(n.effect) for n in d.not_testable))
+    lines += [*_calibration(d), *_fit(d), *_unexplained(d), *_not_testable(d)]
     if d.next_experiment:
         first, second = (plain(name) for name in d.next_experiment.separates)
         power = chance(d.next_experiment.power)
         lines.append(f'next: {PROTOCOL} separates {first} from {second} with probability {power}')
     elif d.would_help:
         lines.append(f'would help: {d.would_help[0]}')
-    lines = [shorten(line, WIDTH, placeholder=' ...') if len(line) > WIDTH else line for line in lines]
-    room = LINES - 1 - len(lines)
-    lines += [line for note in d.notes for line in wrap(f'note: {note}', WIDTH, subsequent_indent='  ')][: max(room, 0)]
-    if report is not None:  # a path is never cut
-        lines.append(f'report: {report}')
-    return '\n'.join(lines)
+    lines += [f'note: {note}' for note in d.notes]
+    told = [*wrap(d.headline, WIDTH), *(part for line in lines for part in _wrapped(line))]
+    return '\n'.join([*told, *([] if report is None else [f'report: {report}'])])  # a path stays in one piece
+
+
+def _wrapped(line: str) -> list[str]:
+    """A line, and what of it goes on below, set in."""
+    indent = ' ' * (len(line) - len(line.lstrip()))
+    below = f'{indent}  '
+    return [line] if len(line) <= WIDTH else wrap(line, WIDTH, subsequent_indent=below, break_on_hyphens=False)
 
 
 def _recordings(d: Diagnosis) -> str:
@@ -74,24 +75,27 @@ def _location(d: Diagnosis) -> list[str]:
     where = f'where: {d.location.stage} stage, {d.location.channel}'
     if d.location.phases:
         where += f', {listed(d.location.phases)}'
-    for driver in d.location.drivers:
-        longer = f'{where}; largest at {range_text(driver)}'
-        where = longer if len(longer) <= WIDTH else where
-    return [where]
+    largest = ' and '.join(range_text(driver) for driver in d.location.drivers)
+    return [f'{where}; largest at {largest}' if largest else where]
 
 
 def _findings(d: Diagnosis) -> list[str]:
-    brief = len(d.findings) > _FINDINGS // 2  # one line each instead of two
     lines = []
     for place, finding in enumerate(d.findings[:_FINDINGS], 1):
         name = f'{place}. {plain(finding.effect)} ({finding.stage})'
         name = ', '.join(filter(None, [name, probability_text(finding)]))
-        told = told_apart(finding)
-        if brief:
-            lines.append(f'{name}; {told}')
-        else:
-            lines += [f'{name}; {told}', f'   {_parameters(finding)}']
-    return lines
+        numbers = _parameters(finding)
+        lines += [f'{name}; {told_apart(finding)}', *([f'   {numbers}'] if numbers else [])]
+    more = len(d.findings) - _FINDINGS
+    return [*lines, f'and {more} more in the report'] if more > 0 else lines
+
+
+def _not_testable(d: Diagnosis) -> list[str]:
+    names = [plain(n.effect) for n in d.not_testable]
+    if not names:
+        return []
+    more = f' and {len(names) - _NAMED} more, in the report' if len(names) > _NAMED else ''
+    return [f'not testable here: {", ".join(names[:_NAMED])}{more}']
 
 
 def _parameters(finding: Finding) -> str:
