@@ -4,17 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.made import TIME, TRUE, experiment
+from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.conclusions import likely_to_decide, would_help
 from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, Proposal, Value
+from tcp_muscle_ros.diagnosis.answer.notes import on_one_load
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, headline
+from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.search.location import locate
 from tcp_muscle_ros.muscle import simulate
+from tcp_muscle_ros.report.terminal import summary
 
 FINDING = Finding('creep', 'mechanical', '', '', {'creep.J': Value(0.3, 0.2, 0.4, '1')}, 0.9, (), {}, 100.0)
 
@@ -176,3 +179,21 @@ def test_an_experiment_is_proposed_only_where_it_is_likely_to_decide(power, prop
     assert found is (planned if proposed else None)
     doubtful = Finding(**{**vars(FINDING), 'indistinguishable_from': ('viscous_flow',)})
     assert (would_help([doubtful], found, [experiment(('displacement',))]) == ()) is proposed
+
+
+@pytest.mark.parametrize(
+    ('seen', 'loads', 'said'),
+    [
+        (('temperature', 'displacement'), (0.588, 0.59), True),
+        (('temperature', 'displacement'), (0.588, 0.3), False),
+        (('temperature', 'resistance'), (0.588, 0.588), False),  # no length, and no stroke to foretell
+    ],
+)
+def test_that_one_load_was_hung_is_noted(seen, loads, said):
+    runs = [experiment(seen, load=load, seed=k) for k, load in enumerate(loads)]
+    told = on_one_load(runs)
+    assert bool(told) is said
+    if said:
+        assert 'one recording under another load would tell' in told[0]
+        result = diagnose(runs, NOMINAL)
+        assert told[0] in result.notes and told[0] in ' '.join(summary(result).split())

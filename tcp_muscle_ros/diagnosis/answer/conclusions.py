@@ -27,6 +27,7 @@ from tcp_muscle_ros.diagnosis.answer.notes import (
     on_doubtful,
     on_draught,
     on_leads,
+    on_one_load,
     on_rests,
     on_shared,
     on_slips,
@@ -327,6 +328,7 @@ def _notes(selection: Selection, remains: Unexplained | None, untried: Mapping[s
     return (
         *on_untried(selection, untried),
         *notes(selection.final.problem.followed),
+        *on_one_load(selection.final.problem.followed),
         *on_bent_form(selection),
         *on_warm_start(selection.final),
         *on_draught(selection),

@@ -5,12 +5,14 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.free_curve import driver_of
+from tcp_muscle_ros.diagnosis.answer.handed_on import one_load
 from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
 from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature, signature
 from tcp_muscle_ros.diagnosis.fitting.warm_start import warm_at_the_start
 from tcp_muscle_ros.diagnosis.model.model import floating
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.remaining import wandering
 from tcp_muscle_ros.diagnosis.search.selected import Selection
@@ -85,6 +87,16 @@ def on_warm_start(fitted: Fit) -> tuple[str, ...]:
         f'recording {k + 1} begins while the muscle is warm, at {start - ZERO_CELSIUS:.0f} degC: no thermometer shows '
         'it, it was found from what follows'
         for k, start in warm_at_the_start(fitted).items()
+    )
+
+
+def on_one_load(experiments: Sequence[Experiment]) -> tuple[str, ...]:
+    """That one load hung in all recordings, where they show the motion: it tells stiffness and stroke together only."""
+    if not any(e.model.motion in e.observed for e in experiments) or not one_load(experiments):
+        return ()
+    return (
+        'one and the same load hung in all recordings: they do not tell the stiffness from the stroke, so a prediction '
+        'under another load is uncertain; one recording under another load would tell',
     )
 
 
