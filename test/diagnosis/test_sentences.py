@@ -7,9 +7,9 @@ import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.conclusions import likely_to_decide, would_help
-from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, Proposal, Value
+from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, FreeLaw, Proposal, Value
 from tcp_muscle_ros.diagnosis.answer.notes import on_one_load
-from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, headline
+from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
@@ -73,6 +73,18 @@ def test_what_is_more_likely_absent_than_there_may_be_lacking():
     place, fits = located(0.5, 0.3), {'temperature': ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.6, 0.2))}
     for probability, said in ((0.9, 'The simulation lacks creep;'), (0.4, 'The simulation may lack creep;')):
         assert said in headline('missing_physics', [replace(FINDING, probability=probability)], place, fits, None)
+    second = replace(FINDING, effect='slack', probability=0.3)  # needed, though more likely absent than there
+    both = headline('missing_physics', [FINDING, second], place, fits, None)
+    assert 'The simulation lacks creep and may lack slack;' in both
+    third = replace(second, effect='friction')
+    assert 'lacks creep and may lack slack and friction' in headline(
+        'missing_physics', [FINDING, second, third], place, fits, None
+    )
+    adds = [replace(f, stage='sensor') for f in (FINDING, second)]
+    assert 'The sensors add creep and may add slack;' in headline('sensor_or_setup', adds, place, fits, None)
+    law = FreeLaw('temperature', 'W/K', np.arange(2.0), np.arange(2.0), np.arange(2.0), np.arange(2.0), None)
+    assert 'a law without a name may: ' in free_sentence('free_conductance', law, 0.4)
+    assert 'a law without a name does: ' in free_sentence('free_conductance', law, 0.6)
     values = {'c': Value(0.3, 0.2, 0.4, '1')}
     assert finding_sentence('heat_capacity', values, (), 0.4).startswith('The recordings may show heat capacity')
     assert finding_sentence('heat_capacity', values, (), 0.6).startswith('The recordings show heat capacity')

@@ -153,7 +153,7 @@ def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Findin
             Finding(
                 c.effect,
                 effect.stage,
-                free_sentence(c.effect, law)
+                free_sentence(c.effect, law, likely.probability)
                 if law
                 else finding_sentence(c.effect, values, c.indistinguishable, likely.probability),
                 effect.equation,

@@ -46,12 +46,13 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
     return sentence
 
 
-def free_sentence(effect: str, law: FreeLaw) -> str:
+def free_sentence(effect: str, law: FreeLaw, probability: float = 1.0) -> str:
     """What a law without a name does over its driver, and the listed effects that do not."""
+    does = 'does' if probability >= _EVEN else 'may'
     first, last = (float(law.value[k]) for k in (0, -1))
     meaning = next(column.meaning for column in EFFECTS[effect].columns if column.name == 'value')
     sentence = (
-        f'No listed effect explains what is left, a law without a name does: {words(effect)} over '
+        f'No listed effect explains what is left, a law without a name {does}: {words(effect)} over '
         f'{words(law.driver)} ({meaning} from {first:.3g} to {last:.3g} {law.unit}).'
     )
     return sentence + (f' It stands in the place of {words(law.nearest)}.' if law.nearest else '')
@@ -128,18 +129,25 @@ def _recalibrated(fits: Mapping[str, ChannelFit]) -> str:
 
 
 def _cause(findings: Sequence[Finding]) -> str:
-    """What was found: of the muscle, else of the sensors; each with what the data admit in its place."""
+    """What was found: of the muscle, else of the sensors; each with what the data admit in its place. What is more
+    likely absent than there may be."""
     physics = [f for f in findings if f.stage != 'sensor'] or list(findings)
+    sensor = physics[0].stage == 'sensor'
+    likely = _joined([f for f in physics if f.probability >= _EVEN])
+    doubtful = _joined([f for f in physics if not f.probability >= _EVEN])
+    said = [f'{"add" if sensor else "lacks"} {likely}'] if likely else []
+    said += [f'may {"add" if sensor else "lack"} {doubtful}'] if doubtful else []
+    return f'{"The sensors" if sensor else "The simulation"} {" and ".join(said)}'
+
+
+def _joined(findings: Sequence[Finding]) -> str:
+    """Names in a sentence, each with what else it could be."""
     said = []
-    for f in physics:
+    for f in findings:
         others = ' or '.join(words(o) for o in f.indistinguishable_from)
         name = f'a law without a name ({words(f.effect)})' if f.unlisted is not None else words(f.effect)
         said.append(f'{name} (or {others})' if others else name)
-    names = ', '.join(said[:-1]) + (' and ' if said[:-1] else '') + said[-1]
-    sensor, likely = physics[0].stage == 'sensor', max(f.probability for f in physics) >= _EVEN
-    who = 'The sensors' if sensor else 'The simulation'
-    what = ('add' if likely else 'may add') if sensor else ('lacks' if likely else 'may lack')
-    return f'{who} {what} {names}'
+    return ' and '.join(filter(None, [', '.join(said[:-1]), *said[-1:]]))
 
 
 def _better(channel: str, findings: Sequence[Finding], fits: Mapping[str, ChannelFit]) -> str:
