@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.made import NOMINAL, TIME, TRUE, experiment
+from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
@@ -105,3 +105,13 @@ def test_gaps_and_channels_of_their_own_stamps_are_no_trouble():
     # No resistance was recorded, so heat is known as far as R0 is: the ratio is what the data fix.
     assert found['hA/R0'].value == pytest.approx(TRUE['hA'] / TRUE['R0'], rel=0.02)
     assert found['hA'].low < TRUE['hA'] < found['hA'].high
+
+
+def test_the_error_of_a_calibration_is_that_of_single_samples_as_a_replay_has_it():
+    seen = experiment(('displacement',))
+    shown = {'current': seen.imposed.drive, 'displacement': seen.observed['displacement'].value}
+    channels = {name: Channel(name, TIME, value, name) for name, value in shown.items()}
+    recording = Recording('csv', channels, 0, {'load_n': 0.588})
+    errors = [calibrate([prepare(recording, NOMINAL, most=most)], NOMINAL).rmse() for most in (None, 200)]
+    assert errors[0]['displacement'][0] == pytest.approx(NOISE['displacement'], rel=0.1)
+    assert errors[1]['displacement'][0] == pytest.approx(errors[0]['displacement'][0], rel=0.1)

@@ -63,14 +63,16 @@ class Calibration:
         return as_assumed(self.fit).muscle
 
     def rmse(self) -> dict[str, list[float]]:
-        """Root mean square misfit (SI) by channel, one entry a recording (nan where it was not observed)."""
+        """Root mean square misfit (SI) of single samples by channel, one entry a recording (nan where it was not
+        observed). Where these were averaged for the fit, what they scatter about their means counts too, as in a
+        replay."""
         problem = self.fit.problem
         channels = sorted({name for e in problem.experiments for name in e.observed})
         found: dict[str, list[float]] = {name: [] for name in channels}
-        for k in range(len(problem.experiments)):
-            left = self.fit.left[k]
+        for experiment, left in zip(problem.experiments, self.fit.left, strict=True):
             for name in channels:
-                found[name].append(float(np.sqrt(np.mean(left[name] ** 2))) if name in left else float('nan'))
+                square = np.mean(left[name] ** 2) + experiment.observed[name].within if name in left else np.nan
+                found[name].append(float(np.sqrt(square)))
         return found
 
 
