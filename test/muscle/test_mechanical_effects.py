@@ -22,7 +22,7 @@ from muscle.effect_runs import (
 )
 from scipy.integrate import solve_ivp
 
-from tcp_muscle_ros.muscle import Parameters, simulate
+from tcp_muscle_ros.muscle import EFFECTS, Parameters, simulate
 
 
 @pytest.mark.parametrize('n', [1.0, 3.0])
@@ -325,3 +325,18 @@ def test_an_end_turns_by_load_and_heat_and_back_where_it_gives_way():
     assert held[800] > 1e-4 and held[-1] == pytest.approx(held[850], rel=0.01)
     assert lost(0.2, 1e5)[-1] < 0.5 * held[-1]
     assert lost(0.6, 20.0)[-1] < 0.2 * held[-1]
+
+
+@pytest.mark.parametrize(('b', 'side'), [(0.44, -1.0), (-0.44, 1.0)])
+def test_the_words_on_a_kink_are_right_for_both_signs(b, side):
+    (strength,) = (row for row in EFFECTS['cte_kink'].parameters if row.name == 'b')
+    assert 'by this share less than above, or more where negative' in strength.meaning
+    kinked = NOMINAL.with_effects('cte_kink').replace({'cte_kink.b': b, 'cte_kink.Tg': 60.0 + 273.15})
+    time = np.arange(0.0, 60.0, 0.1)
+    runs = [simulate(muscle, time, np.full(time.size, 0.27)) for muscle in (kinked, NOMINAL)]
+    below, above = (
+        np.ptp([np.interp((at, at + 5.0), run.temperature - 273.15, run.displacement) for run in runs], axis=1)
+        for at in (30.0, 80.0)
+    )
+    here = (below[0] / above[0]) / (below[1] / above[1])  # beside above the kink, where c2 bends all of it a little
+    assert 0.3 < side * (here - 1.0) < 0.7
