@@ -274,6 +274,13 @@ def test_the_page_calls_what_a_law_without_a_name_explains_as_the_terminal_does(
     assert '<h2>Explained by no listed effect, but by that law</h2>' in page and '<h2>Unexplained' not in page
 
 
+def test_rig_yaml_says_which_limits_were_recorded_and_which_are_usual(reports):
+    heading = ' '.join((reports / 'match' / 'rig.yaml').read_text().replace('# ', '').split())
+    assert 'loads_n and held_end are what was recorded, and so is largest_current_a where a current was' in heading
+    assert 'not measured: check highest_temperature_c, loads_by and longest_run_s (an hour, or' in heading
+    assert 'duration recorded' not in heading
+
+
 @pytest.mark.parametrize('name', ['creep', 'convection_or_radiation', 'three_effects', 'sensor_or_setup', 'match'])
 def test_improved_loads_and_is_the_improved_muscle(made, reports, name):
     d, _ = made[name]
