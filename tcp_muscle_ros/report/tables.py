@@ -43,17 +43,25 @@ def comparison_table(compared: Mapping[str, Comparison]) -> str:
     return table(['channel', 'samples', 'RMSE', 'NRMSE', 'bias'], rows)
 
 
+_MODELS_ZERO = (
+    'note: the model has its zero of displacement at the length at which it hangs at rest at T0 under the first load. '
+    'That depends on k0 and the load, and the recording has its zero elsewhere: this need not be an offset of an '
+    'instrument'
+)
+
+
 def own_note(own: Own) -> str:
     """What was fitted to a recording because it is its own."""
     said = [] if own.ambient is None else [f'the room {own.ambient - 273.15:.2f} degC']
     said += [f'the start {own.start - 273.15:.2f} degC']
     for name, zero in own.zeros.items():
         unit, factor = SHOWN[name]
-        said += [f'the zero of {name} {zero * factor:+.3g} {unit}']
+        said += [f'{name} {zero * factor:+.3g} {unit} where the model has its zero']
     said += [f'{name} {value:.2g}' for name, value in own.states.items()]
     if own.switches:
         said += [f'when the drive switched between two samples ({len(own.switches)} times)']
-    return f'fitted to this recording only: {", ".join(said)} (--as-given takes them as stated)'
+    told = f'fitted to this recording only: {", ".join(said)} (--as-given takes them as stated)'
+    return f'{told}\n{_MODELS_ZERO}' if 'displacement' in own.zeros else told
 
 
 def unfixed(value: float, nominal: float, shown: str) -> str:
