@@ -9,7 +9,7 @@ from rclpy.utilities import remove_ros_args
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.yaml_text import NotYaml, parse
 from tcp_muscle_ros.settings import parameter_file
-from tcp_muscle_ros.settings.operating import OPERATING
+from tcp_muscle_ros.settings.operating import OPERATING, TWIN, TWIN_NODE
 
 _HELP = ('-h', '--help')
 
@@ -21,12 +21,15 @@ def asks_for_help(arguments: Sequence[str]) -> bool:
 
 def usage(name: str) -> str:
     """What --help says of the node ``name``: how it is started, and its operating parameters with their defaults."""
+    of_the_muscle = (
+        '' if name == TWIN_NODE else ' (beside those of the muscle, `ros2 param describe` or docs/effects.md)'
+    )
     lines = [
         f'usage: {name} [--ros-args [-r __ns:=/NAMESPACE] [--params-file FILE] [-p NAME:=VALUE ...]]',
         '',
-        'Parameters (beside those of the muscle, `ros2 param describe` or docs/effects.md):',
+        f'Parameters{of_the_muscle}:',
     ]
-    for row in OPERATING.values():
+    for row in (*OPERATING.values(), *TWIN.values()):
         if name in row.owners:
             unit = '' if row.unit in ('', '1') else f' {row.unit}'
             default = repr(row.default) if isinstance(row.default, str) else str(row.default).lower()

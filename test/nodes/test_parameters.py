@@ -14,7 +14,7 @@ from tcp_muscle_ros.control import tracking
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.nodes.parameters import KNOWN, descriptor, read, read_effects, read_value
-from tcp_muscle_ros.settings.operating import CONTROL, OPERATING, SIM
+from tcp_muscle_ros.settings.operating import CONTROL, OPERATING, SIM, TWIN, TWIN_NODE
 
 
 def test_without_overrides_the_muscle_is_set_a():
@@ -234,6 +234,15 @@ def test_help_answers_with_the_nodes_own_parameters(node, capsys):
     assert said.strip() == usage(node)
     assert 'current_limit_a' in said and ('mode ' in said) == (node == CONTROL) and ('seed ' in said) == (node == SIM)
     assert '0.27 A' in said
+
+
+def test_help_of_the_twin_lists_its_parameters():
+    from tcp_muscle_ros.nodes.arguments import usage
+
+    said = usage(TWIN_NODE)
+    assert all(f'  {name} ' in said for name in TWIN)
+    assert 'how much of warm muscle two models are compared on (60.0 s)' in said
+    assert 'current_limit_a' not in said
 
 
 @pytest.mark.parametrize('value', ['2026-13-45', '&x [*x]', '[' * 3000, '['])
