@@ -151,6 +151,7 @@ class TwinNode(Node):  # type: ignore[misc]
     def _was_set(self, parameters: Sequence[RosParameter]) -> None:
         mine = {parameter.name: parameter.value for parameter in parameters if parameter.name in TWIN}
         self._settings = self._settings.changed(mine)
+        self._twin.trial = float(self._settings['trial_s'])
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         with self._lock:
