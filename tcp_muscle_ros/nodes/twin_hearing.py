@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -32,9 +33,10 @@ class Hearing:
     """Subscriptions to a muscle's topics. ``period`` s, of whoever takes them."""
 
     def __init__(self, node: Node, topics: Topics, period: float) -> None:
-        self._period = period
+        self._apart = _APART * period
         self._inputs, self._subscriptions = Inputs(), []
         self._of_tick: dict[str, float] = {}
+        self._young: list[tuple[float, str, float]] = []  # of a tick of which more may be under way
         for name in HEARD:
             kind = CHANNELS[name]
             message = Temperature if kind.stamped else Float64
@@ -48,25 +50,27 @@ class Hearing:
         """What is heard."""
         return frozenset(subscription.topic_name for _, _, subscription, _ in self._subscriptions)
 
-    def ticks(self) -> Iterator[Heard]:
-        """What has come since last asked, oldest first. A channel that comes again begins the next tick."""
-        events: list[tuple[float, str, float]] = []
+    def ticks(self) -> list[Heard]:
+        """What has come since last asked, oldest first. A channel that comes again begins the next tick.
+
+        A tick that may still be coming in is kept for the next time. Topics are looked at one after another: what came
+        on one of them after the look at it would be a tick of its own, older than that of the topics looked at later.
+        """
+        now, events = time.time(), [*self._young]
         for name, message, subscription, read in self._subscriptions:
             while (got := subscription.handle.take_message(message, False)) is not None:
                 value = read(got[0])
                 if math.isfinite(value):
                     events.append((got[1]['received_timestamp'] * 1e-9, name, value))
         events.sort()
-        heard: Heard | None = None
-        for time, name, value in events:
-            if heard is not None and (name in heard.values or time - heard.time > _APART * self._period):
-                yield heard
-                heard = None
-            if heard is None:
-                heard = Heard(time)
-            heard.values[name] = value
-        if heard is not None:
-            yield heard
+        ticks: list[list[tuple[float, str, float]]] = []
+        for event in events:
+            came, name, _ = event
+            if not ticks or name in (one for _, one, _ in ticks[-1]) or came - ticks[-1][0][0] > self._apart:
+                ticks.append([])
+            ticks[-1].append(event)
+        self._young = ticks.pop() if ticks and abs(now - ticks[-1][0][0]) < self._apart else []
+        return [Heard(tick[0][0], {name: value for _, name, value in tick}) for tick in ticks]
 
     def tick(self, time: float, sent: int) -> Heard:
         """All of one tick of a simulation in lockstep, whose time (s) it is; it was sent then (ns)."""

@@ -179,7 +179,10 @@ class TwinNode(Node):  # type: ignore[misc]
 
     def _take(self, heard: Heard) -> None:
         values = heard.values
-        dt, self._then = heard.time - self._then, heard.time
+        dt = heard.time - self._then
+        if -1.0 / self._rate < dt <= 0.0:  # under way for longer than anybody waited for it: its tick is over
+            return
+        self._then = heard.time
         self._load = values.get('load', self._load)
         self._ambient = values.get('ambient', self._ambient)
         self._memory.add(heard.time, [values.get(name, np.nan) for name in HEARD])

@@ -9,9 +9,16 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 import rclpy
 from rclpy.parameter import Parameter
 
+from tcp_muscle_ros.nodes.twin_hearing import Heard
 from tcp_muscle_ros.nodes.twin_node import TwinNode
 
+RUN = [1000.0 + 0.01 * k for k in range(200)]  # s, two of them
 _LEFT = []  # nodes: kept, so that nothing destroys them (see conftest.py)
+
+
+def heard(when):
+    """What a cold muscle shows."""
+    return Heard(when, {'temperature': 296.15, 'displacement': 0.0, 'current': 0.0})
 
 
 @pytest.fixture
@@ -30,3 +37,11 @@ def test_what_two_models_are_compared_on_can_be_set_while_it_runs(twin):
     (done,) = twin.set_parameters([Parameter('trial_s', value=7.0)])
     assert done.successful
     assert twin._twin.trial == 7.0
+
+
+def test_what_comes_after_its_tick_was_taken_loses_nothing(twin):
+    for when in (*RUN, RUN[-1] - 0.001, RUN[-1] + 0.01):
+        twin._take(heard(when))
+    assert twin._follows_since is not None
+    time, _ = twin._memory.columns()['current']
+    assert time.tolist() == [*RUN, RUN[-1] + 0.01]

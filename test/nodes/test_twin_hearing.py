@@ -1,0 +1,72 @@
+"""What the twin hears is put together into the muscle's ticks, whenever it looks."""
+
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+from tcp_muscle_ros.nodes import twin_hearing
+from tcp_muscle_ros.nodes.twin_hearing import Hearing
+from tcp_muscle_ros.recording.recording import OUTPUTS
+
+PERIOD = 0.01  # s
+TICK = dict.fromkeys((*OUTPUTS, 'current'), 1.0)
+BETWEEN = 1e-4  # s from one topic of a tick to the next
+
+
+class Topic:
+    """A subscription: what has come by now, and what comes after the look at it."""
+
+    def __init__(self, topic, world):
+        self.topic_name, self.handle, self._world = topic, self, world
+        self.waiting = []
+
+    def take_message(self, kind, _):
+        self._world.now += 2e-5
+        if self.waiting and self.waiting[0] <= self._world.now:
+            message = Temperature(temperature=1.0) if kind is Temperature else Float64(data=1.0)
+            return message, {'received_timestamp': round(self.waiting.pop(0) * 1e9)}
+        return None
+
+
+class World:
+    """A time that goes on with each look, and the topics of a muscle that publishes at its own."""
+
+    def __init__(self, monkeypatch):
+        self.now, self.topics = 1000.0, []
+        monkeypatch.setattr(twin_hearing, 'time', SimpleNamespace(time=lambda: self.now), raising=False)
+        self.hearing = Hearing(None, self, PERIOD)
+
+    def subscription(self, kind, topic, take, qos, group):
+        self.topics.append(Topic(topic, self))
+        return self.topics[-1]
+
+    def publishes(self, when):
+        for k, topic in enumerate(self.topics[: len(TICK)]):
+            topic.waiting.append(when + k * BETWEEN)
+
+
+@pytest.mark.parametrize('phase', [k * 1e-4 for k in range(-10, 11)])
+def test_a_tick_of_the_muscle_is_one_whenever_the_twin_looks(monkeypatch, phase):
+    world = World(monkeypatch)
+    heard = []
+    for k in range(1, 21):
+        world.publishes(1000.0 + k * PERIOD)
+    for k in range(1, 24):
+        world.now = max(world.now, 1000.0 + k * PERIOD + phase)
+        heard += world.hearing.ticks()
+    assert [sorted(tick.values) for tick in heard] == [sorted(TICK)] * 20
+    assert [tick.time for tick in heard] == pytest.approx([1000.0 + k * PERIOD for k in range(1, 21)])
+
+
+def test_what_came_before_the_clock_was_set_back_is_not_waited_for(monkeypatch):
+    world = World(monkeypatch)
+    world.publishes(1000.0)
+    assert not list(world.hearing.ticks())
+    world.now -= 3600.0
+    (tick,) = world.hearing.ticks()
+    assert tick.time == pytest.approx(1000.0)
