@@ -21,7 +21,7 @@ from tcp_muscle_ros.control.sequential import Rule, Sequential
 from tcp_muscle_ros.muscle.arrays import Array
 
 BAND = 1.6449  # standard deviations: 90 %
-LONGEST_STEP = 1.0  # s without a current: what flowed meanwhile nobody knows
+LONGEST_STEP = 1.5  # s without a current: what flowed meanwhile nobody knows. The slowest muscle's tick is 1 s
 _T, _R, _X, _F = range(len(CHANNELS))
 _REMEMBERED = 30.0  # s, over which it is weighed in which stage the difference is
 TRIAL = 60.0  # s of heating or cooling, over which two models are compared, where nothing else is said

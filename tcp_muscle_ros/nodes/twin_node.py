@@ -62,6 +62,7 @@ class TwinNode(Node):  # type: ignore[misc]
         self.add_post_set_parameters_callback(self._was_set)
         self._lock = threading.Lock()  # between the ticks and the executor's callbacks
         self._rate = float(self._settings['rate_hz'])
+        self._longest_step = max(LONGEST_STEP, self._settings.longest_step)
         self._file = read(self._settings['params_file'] or _USUAL)
         self._rig = read_rig(self._settings['rig_file']) if self._settings['rig_file'] else None
         self._load, self._ambient = (
@@ -132,7 +133,7 @@ class TwinNode(Node):  # type: ignore[misc]
         """Begin to tick."""
         if isinstance(self._base, FollowingTime):
             self._base.open(self._topics)
-        self.loop = TickLoop(self._base, self._rate, self._tick, longest_step=1.0, on_failure=on_failure)
+        self.loop = TickLoop(self._base, self._rate, self._tick, longest_step=self._longest_step, on_failure=on_failure)
         self.loop.start()
 
     def stop(self) -> Sequence[Publisher]:
@@ -188,7 +189,7 @@ class TwinNode(Node):  # type: ignore[misc]
         self._memory.add(heard.time, [values.get(name, np.nan) for name in HEARD])
         flowed, self._current = self._current, values.get('current', self._current)
         measured = {name: values[name] for name in CHANNELS if name in values}
-        if flowed is None or not 0.0 < dt <= LONGEST_STEP:
+        if flowed is None or not 0.0 < dt <= self._longest_step:
             self._lose(heard.time)
             return
         if self._follows_since is None:
@@ -267,7 +268,7 @@ class TwinNode(Node):  # type: ignore[misc]
     def _publish_diagnostics(self) -> None:
         twin, difference = self._twin, self._twin.difference
         now = self._base.now() / SECOND if self._base.collects else time.time()
-        silent = self._follows_since is None or now - self._then > LONGEST_STEP or bool(self._out_of_step)
+        silent = self._follows_since is None or now - self._then > self._longest_step or bool(self._out_of_step)
         reason = '; '.join((*list(self._out_of_step.values())[:1], *self._unmatched.values()))
         message = 'waits for a muscle' + (f': {reason}' if reason else '') if silent else twin.state.value
         if difference is not None and not silent:

@@ -45,3 +45,11 @@ def test_what_comes_after_its_tick_was_taken_loses_nothing(twin):
     assert twin._follows_since is not None
     time, _ = twin._memory.columns()['current']
     assert time.tolist() == [*RUN, RUN[-1] + 0.01]
+
+
+@pytest.mark.parametrize('twin', [{}, {'rate_hz': 1.0}], indirect=True)
+def test_a_muscle_at_1_hz_is_followed(twin):
+    """Its ticks are a little more than a second apart."""
+    for k in range(5):
+        twin._take(heard(1000.0 + 1.0003 * k))
+    assert twin._follows_since is not None
