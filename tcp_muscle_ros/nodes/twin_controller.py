@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -21,16 +22,41 @@ class Believing:
         self._told: str | None = ''  # the file that it has, or was refused; None: it is to be asked again
         self._asked: Future | None = None
         self._looks = 0
+        self._ticks = 0
+
+    def hear(self, array: DiagnosticArray) -> None:
+        """Diagnostics: a controller that has done fewer ticks than before is another process, with its own parameters.
+
+        One that is killed and begun again within the discovery lease is never seen to be gone.
+        """
+        if self._client is None:
+            return
+        full_name = self._client.service_name.rpartition('/')[0]
+        for status in array.status:
+            if f'{status.name}/'.startswith(f'{full_name}/'):  # below it are the muscles of one that has several
+                said = (fact.value for fact in status.values if fact.key == 'ticks' and fact.value.isdecimal())
+                ticks = int(next(said, self._ticks))
+                before, self._ticks = self._ticks, ticks
+                if ticks < before:
+                    self._forget()
+
+    def _forget(self) -> None:
+        """What it was told is gone with it."""
+        if self._asked is not None and self._client is not None:
+            self._client.remove_pending_request(self._asked)
+        self._asked, self._told = None, ''
 
     def believe(self, model_file: str) -> None:
         """It is to believe in this file's model ('': its own parameters); call now and then."""
+        if self._client is not None and not self._client.service_is_ready():
+            self._forget()
+            return
         if self._client is None or (self._asked is None and model_file == self._told):
             return
         if self._asked is None:
-            if self._client.service_is_ready():
-                parameter = Parameter('model_file', value=model_file).to_parameter_msg()
-                request = SetParameters.Request(parameters=[parameter])
-                self._asked, self._told, self._looks = self._client.call_async(request), model_file, 0
+            parameter = Parameter('model_file', value=model_file).to_parameter_msg()
+            request = SetParameters.Request(parameters=[parameter])
+            self._asked, self._told, self._looks = self._client.call_async(request), model_file, 0
             return
         self._looks += 1
         if self._asked.done():

@@ -34,7 +34,7 @@ from tcp_muscle_ros.nodes.parameters import Settings, descriptor, of_rclpy, read
 from tcp_muscle_ros.nodes.safe_muscle import number
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.ticks import SECOND, SteadyTime, TickLoop
-from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
+from tcp_muscle_ros.nodes.topics import MEASUREMENT_QOS, STATE_QOS, Topics
 from tcp_muscle_ros.nodes.twin_alarm import Alarm
 from tcp_muscle_ros.nodes.twin_controller import Believing
 from tcp_muscle_ros.nodes.twin_hearing import HEARD, Heard, Hearing
@@ -91,6 +91,8 @@ class TwinNode(Node):  # type: ignore[misc]
         self._unmatched: dict[str, str] = {}
         self._topics = Topics(self)
         self._publish_on(self._topics)
+        if self._settings['adopting_controller']:
+            self._topics.subscription(DiagnosticArray, '/diagnostics', self._controller.hear, MEASUREMENT_QOS)
         self.create_service(Trigger, '~/reset', self._reset)
         self.create_timer(1.0, self._look_after)
 

@@ -107,6 +107,11 @@ def test_an_adopted_model_reaches_the_controller_and_is_taken_back_from_both(ben
             bench.until(lambda: model('twin_node') not in ('', 'none', None), 'not adopted', 400.0)
             bench.until(lambda: model('controller_node') == model('twin_node'), 'the controller does not follow')
             assert model('twin_node').endswith('report/improved.yaml')
+            controlled.controller.kill()
+            controlled.diagnostics.clear()
+            again = bench.start('controller_node', 'worn', feedback_timeout_s=2.0)
+            bench.until(lambda: model('controller_node') == 'none', 'the controller is not back')
+            bench.until(lambda: model('controller_node') == model('twin_node'), 'it is not told again')
             wear(1.0)
             bench.until(lambda: model('twin_node') == 'none', 'not taken back', 120.0)
             bench.until(lambda: model('controller_node') == 'none', 'the controller keeps it')
@@ -115,7 +120,7 @@ def test_an_adopted_model_reaches_the_controller_and_is_taken_back_from_both(ben
             over.set()
             worker.join()
     said = twin.said()
-    assert 'Traceback' not in said + controlled.controller.said()
+    assert 'Traceback' not in said + controlled.controller.said() + again.said()
     assert 'controller_node assumes /' in said
     assert 'adopted: the new model' in said and 'taken back: the former model' in said
-    bench.kill([twin])
+    bench.kill([twin, again])
