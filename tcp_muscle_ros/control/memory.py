@@ -21,6 +21,10 @@ class Memory:
         if self._next == len(self._rows):
             self._next, self._full = 0, True
 
+    def forget(self) -> None:
+        """Begin anew, without a sample."""
+        self._next, self._full = 0, False
+
     def columns(self) -> dict[str, tuple[Array, Array]]:
         """Time (s) and value of each column that was measured, oldest first, without what is missing."""
         rows = np.roll(self._rows, -self._next, axis=0) if self._full else self._rows[: self._next]

@@ -185,6 +185,10 @@ class TwinNode(Node):  # type: ignore[misc]
         dt = heard.time - self._then
         if -1.0 / self._rate < dt <= 0.0:  # under way for longer than anybody waited for it: its tick is over
             return
+        if dt < 0.0:
+            self._tell('the clock was set back: the twin begins anew')
+            self._memory.forget()
+            self._twin.forget()  # its times are those of the clock before, and so are an alarm's
         self._then = heard.time
         self._load = values.get('load', self._load)
         self._ambient = values.get('ambient', self._ambient)

@@ -9,8 +9,11 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 import rclpy
 from rclpy.parameter import Parameter
 
+from tcp_muscle_ros.control.twin import State
+from tcp_muscle_ros.nodes.twin_alarm import save
 from tcp_muscle_ros.nodes.twin_hearing import Heard
 from tcp_muscle_ros.nodes.twin_node import TwinNode
+from tcp_muscle_ros.recording.bag import read_bag
 
 RUN = [1000.0 + 0.01 * k for k in range(200)]  # s, two of them
 _LEFT = []  # nodes: kept, so that nothing destroys them (see conftest.py)
@@ -53,3 +56,23 @@ def test_a_muscle_at_1_hz_is_followed(twin):
     for k in range(5):
         twin._take(heard(1000.0 + 1.0003 * k))
     assert twin._follows_since is not None
+
+
+def test_where_the_clock_is_set_back_what_is_kept_begins_anew(twin, tmp_path):
+    """A bag's times go on: what came before the clock was set back would be left out, or what came after it."""
+    for when in (*RUN, *(when - 5.0 for when in RUN)):
+        twin._take(heard(when))
+    save(tmp_path / 'bag', twin._memory.columns(), 0.0, 0.5)
+    kept = read_bag(tmp_path / 'bag')
+    assert not kept.notes and not kept.broken
+    assert len(kept['current'].time) == len(RUN)
+    assert kept.start_ns == pytest.approx((RUN[0] - 5.0) * 1e9)
+
+
+def test_an_alarm_of_before_the_clock_was_set_back_is_raised_anew(twin):
+    """Since when it differs nobody could say in the new time."""
+    for when in RUN:
+        twin._take(heard(when))
+    twin._twin.state = State.DIFFERS
+    twin._take(heard(RUN[0] - 3600.0))
+    assert twin._twin.state is State.FOLLOWS and twin._twin.difference is None
