@@ -35,7 +35,16 @@ from tcp_muscle_ros.nodes.pace import LockstepTime, RealTime, leads
 from tcp_muscle_ros.nodes.polled import Inputs
 from tcp_muscle_ros.nodes.recorder import Recorder
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
-from tcp_muscle_ros.nodes.topics import COMMAND_QOS, COMMANDED_BY, NAMELESS, NOBODY, publishers_of
+from tcp_muscle_ros.nodes.topics import (
+    COMMAND_QOS,
+    COMMANDED_BY,
+    LEASE,
+    NAMELESS,
+    NOBODY,
+    REMEMBERED,
+    Commanders,
+    another,
+)
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, OUTPUTS
 
 LATENESS = 'command_lateness'  # s, of each command
@@ -89,6 +98,7 @@ class Runner:
         self._recording: _Recording | None = None
         self.asked = False  # to stop, by a signal
         self._prompting = False
+        self._commanders = Commanders()
         self._nameless = False  # whether the last look found a commander without a name
 
     def __enter__(self) -> Runner:
@@ -151,7 +161,7 @@ class Runner:
         answered = time.monotonic()
         while not self._is_known() and time.monotonic() - answered < _DIAGNOSED_WITHIN:
             self._pause()
-        self._refuse_another()
+        self._refuse_another(_NAMED_WITHIN)
 
     def _is_known(self) -> bool:
         """Whether the muscle's driver has said who commands it since it has found this node, if it says that at all.
@@ -172,30 +182,37 @@ class Runner:
         if isinstance(self._time, RealTime) and leads(self._node, measured):
             self._time, self._supervisor = LockstepTime(self._node, self._take_tick), Supervisor(self._hottest)
 
-    def _refuse_another(self) -> None:
-        """BadInput where another node commands the muscle, by the graph of this node or by the driver's word."""
+    def _refuse_another(self, patience: float) -> None:
+        """BadInput where another node commands the muscle, by the graph of this node or by the driver's word.
+
+        One of this node's name is given so long (s) to go: it may have been killed. A node that has just begun never
+        sees those, and should be gone before one that plays takes it for one that stays (REMEMBERED).
+        """
 
         def others() -> set[str]:
             said = set[str]().union(*self._named()) - {self._node.get_fully_qualified_name(), NOBODY}
-            return self._others() | said
+            return self._others(0.0) | said
 
-        begun = time.monotonic()
-        while NAMELESS in others() and time.monotonic() - begun < _NAMED_WITHIN:
+        begun, namesake = time.monotonic(), another(self._node.get_fully_qualified_name())
+        passing = {NAMELESS: _NAMED_WITHIN, namesake: patience}
+        if namesake in others():
+            self._say(f'{namesake} commands this muscle too; waiting {patience:.0f} s for it to go')
+        while (found := others()) and time.monotonic() - begun < min(passing.get(name, 0.0) for name in found):
             self._pause()
-        if found := others():
+        if found:
             raise BadInput(f'{min(found)} commands this muscle too; stop it first: only one node may command a muscle')
 
-    def _others(self) -> set[str]:
-        """Other commanders of the muscle, by the graph of this node."""
-        found = set[str]()
-        for kind, topic in self._topics.items():
-            if self._node.count_publishers(topic) > (kind == self._kind):
-                found |= publishers_of(self._node, topic)
+    def _others(self, standing: float) -> set[str]:
+        """Other commanders of the muscle, by the graph of this node; those of its own name that stand so long (s)."""
+        # Counting tells that there is nobody else; who it is takes a walk through the graph.
+        if all(self._node.count_publishers(topic) <= (kind == self._kind) for kind, topic in self._topics.items()):
+            return set()
+        found = self._commanders.look(self._node, self._topics.values(), standing)
         return found - {self._node.get_fully_qualified_name()}
 
     def _another(self) -> str:
         """Another commander, '' where there is none; one without a name only if the last look found it so too."""
-        others = self._others()
+        others = self._others(REMEMBERED)
         passing, self._nameless = not self._nameless, NAMELESS in others
         return min(others - {NAMELESS} if passing else others, default='')
 
@@ -289,7 +306,7 @@ class Runner:
         """Play a part and record it. Ends with 0 A, whatever happens; the bag is complete up to then."""
         when, drives, loads = (values.tolist() for values in instants(part))
         lateness: list[float] = []
-        self._refuse_another()
+        self._refuse_another(LEASE)
         with self._recorded(bag, known) as recorded:
             supervisor = self._supervisor
             supervisor.begin()

@@ -17,7 +17,7 @@ from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
-from tcp_muscle_ros.nodes.topics import COMMAND_QOS, COMMANDED_BY, NOBODY, STATE_QOS, publishers_of
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, COMMANDED_BY, NOBODY, REMEMBERED, STATE_QOS, Commanders
 
 _QUIET = (State.ENABLED, State.DISABLED)
 
@@ -41,7 +41,7 @@ class SafeMuscle:
         self.said = f'{name}: ' if name else ''  # before what the log says of it
         self._told = self.safety.state
         self._counted = 0
-        self._commanders: tuple[str, ...] = ()
+        self._graph, self._commanders = Commanders(), tuple[str, ...]()
 
     # What a subclass brings
 
@@ -100,10 +100,8 @@ class SafeMuscle:
 
     def look_for_commanders(self, node: Node) -> None:
         """Ask the graph who else commands this muscle; what is found is a worry, and logged once."""
-        found = set[str]()
-        for topic in {node.resolve_topic_name(self.topic(f'{kind.name.lower()}_command')) for kind in Kind}:
-            found |= publishers_of(node, topic)
-        commanders = tuple(sorted(found))
+        topics = {node.resolve_topic_name(self.topic(f'{kind.name.lower()}_command')) for kind in Kind}
+        commanders = tuple(sorted(self._graph.look(node, topics, REMEMBERED)))
         if len(commanders) > 1 and commanders != self._commanders:
             node.get_logger().warning(f'{self.said}{_several(commanders)}; stop all but one')
         self._commanders = commanders

@@ -23,10 +23,9 @@ from tcp_muscle_ros.nodes.plan import Plan
 from tcp_muscle_ros.nodes.polled import Inputs
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
 from tcp_muscle_ros.nodes.ticks import SteadyTime, TickLoop, TimeBase
-from tcp_muscle_ros.nodes.topics import STATE_QOS, Topics
+from tcp_muscle_ros.nodes.topics import REMEMBERED, STATE_QOS, Topics
 
 M = TypeVar('M', bound=SafeMuscle)
-_REMEMBERED = 25.0  # s, for which a node that was killed may still stand in the graph
 
 
 class SafeNode(Node, Generic[M]):  # type: ignore[misc]
@@ -257,7 +256,7 @@ class SafeNode(Node, Generic[M]):  # type: ignore[misc]
         own = self.get_name(), self.get_namespace()
         if sum(each == own for each in self.get_node_names_and_namespaces()) < 2:
             self._alone = time.monotonic()
-        was, self._namesake = self._namesake, time.monotonic() - self._alone > _REMEMBERED
+        was, self._namesake = self._namesake, time.monotonic() - self._alone > REMEMBERED
         if self._namesake and not was:
             self.get_logger().warning(f'{self._namesake_told()}; stop one of them')
 

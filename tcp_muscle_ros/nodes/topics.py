@@ -4,6 +4,8 @@ A measurement is heard best effort, so that a driver may offer it either way. A 
 counts. What ``qos_overrides`` in a parameter file says of a topic comes before both.
 """
 
+import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from typing import Any
@@ -30,6 +32,9 @@ NOBODY = 'nobody'
 NAMELESS = 'an unknown node'  # found, but not by name yet, or no longer: a node that comes or goes, or none of ROS
 # What a simulated muscle or joint publishes in every tick, by the last part of the topic.
 EVERY_TICK = frozenset(('current', 'voltage', 'temperature', 'displacement', 'force', 'joint_states', 'angle'))
+LEASE = 20.0  # s, for which a node that was killed is still believed to be there
+REMEMBERED = LEASE + 5.0  # s, after which one that still stands in the graph lives
+_PROCESS = 12  # bytes of an endpoint's identifier that all of its process share
 _DEEPEST = 100_000  # messages; a queue that is deeper is a mistake
 _POLICIES = {
     QoSPolicyKind.RELIABILITY: ('reliable', 'best_effort', 'system_default'),
@@ -170,3 +175,30 @@ def name_of(end: TopicEndpointInfo) -> str:
 def publishers_of(node: Node, topic: str) -> set[str]:
     """The full names of the nodes that publish on a topic."""
     return {name_of(end) for end in node.get_publishers_info_by_topic(topic)} if node.count_publishers(topic) else set()
+
+
+def another(name: str) -> str:
+    """What a second node is called that has the name of a first."""
+    return f'another {name}'
+
+
+class Commanders:
+    """Who publishes on some topics, by the graph. Processes are counted and not names: two nodes may have one."""
+
+    def __init__(self) -> None:
+        self._since: dict[tuple[str, bytes], float] = {}  # s, steady: when a name in a process was first seen
+
+    def look(self, node: Node, topics: Iterable[str], standing: float) -> set[str]:
+        """The full names of the nodes; where two have one name, also ``another ...``, once both stand so long (s).
+
+        One that was killed stands beside its successor for LEASE.
+        """
+        now = time.monotonic()
+        ends = [
+            end for topic in topics if node.count_publishers(topic) for end in node.get_publishers_info_by_topic(topic)
+        ]
+        there = {(name_of(end), bytes(end.endpoint_gid[:_PROCESS])) for end in ends}
+        self._since = {one: self._since.get(one, now) for one in there}
+        names = {name for name, _ in there}
+        stand = Counter(name for (name, _), since in self._since.items() if now - since >= standing)
+        return names | {another(name) for name in names - {NAMELESS} if stand[name] > 1}

@@ -17,6 +17,7 @@ from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
+from tcp_muscle_ros.nodes.topics import REMEMBERED
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.tool import main
 
@@ -176,6 +177,20 @@ def test_two_commanders_are_refused_and_both_nodes_say_so(bench, muscle, tmp_pat
         bench.until(lambda node=node: told(node), f'{node} says nothing of a second commander')
     bench.node.destroy_publisher(second)
     controller.end(signal.SIGINT)
+
+
+def test_a_second_run_is_refused_and_the_first_goes_on(bench, muscle, tmp_path):
+    """Both have one name."""
+    first = played(bench, tmp_path, '--yes', duration=300.0)
+    bench.until(lambda: muscle.current.last.data == 0.2, 'nothing flows')
+    second = played(bench, tmp_path, '--yes', duration=300.0, name='second')
+    said = ended(bench, second, 2)
+    assert 'another /played/protocol_runner commands this muscle too; stop it first' in said
+    assert not (tmp_path / 'second').exists()
+    time.sleep(REMEMBERED)  # in which the first would end, if it took the second for one that stays
+    assert muscle.current.last.data == 0.2
+    first.process.send_signal(signal.SIGINT)
+    assert 'interrupted, 0 A' in ended(bench, first, 130)
 
 
 def test_a_driver_that_names_another_commander_is_believed_before_the_graph_shows_it(bench, muscle, tmp_path):
