@@ -23,7 +23,11 @@ from datetime import date
 from itertools import pairwise
 from pathlib import Path
 
+# Before the middleware is loaded. Processes that are killed leave shared memory behind, which later ones trip over.
+os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -71,7 +75,8 @@ class Heard:
 
     def __init__(self, node: Node, topic: str) -> None:
         self.messages: list[tuple[float, float]] = []
-        node.create_subscription(Float64, topic, self._take, QoSProfile(depth=100))
+        self._node = node
+        self._subscription = node.create_subscription(Float64, topic, self._take, QoSProfile(depth=100))
 
     def _take(self, message: Float64) -> None:
         self.messages.append((time.monotonic(), message.data))
@@ -82,6 +87,13 @@ class Heard:
         """The latest value; 0 where there is none of the last half second."""
         came, value = self.messages[-1] if self.messages else (0.0, 0.0)
         return value if time.monotonic() - came < 0.5 else 0.0
+
+    def __str__(self) -> str:
+        """Who publishes on the topic, and what came of it."""
+        topic = self._subscription.topic_name
+        there, matched = self._node.count_publishers(topic), self._subscription.get_publisher_count()
+        came = f'{time.monotonic() - self.messages[-1][0]:.1f} s ago' if self.messages else 'never'
+        return f'{topic} has {there} publishers here, {matched} of them matched; the last message came {came}'
 
     def zero_after(self, moment: float) -> float:
         """How long after the moment (s) a value above zero last came, less what the machine held up."""
@@ -109,11 +121,18 @@ class Kills:
         self.command = Heard(self.node, '/killed/current_command')
         self.predicted = Heard(self.node, '/killed/twin_node/predicted_displacement')
         self.alone = Heard(self.node, '/alone/current')
+        self.twin_says = 'nothing'  # in its last diagnostics
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear_twin, QoSProfile(depth=100))
         self._setpoint = self.node.create_publisher(Float64, '/killed/displacement_setpoint', QoSProfile(depth=1))
         self.node.create_timer(0.05, lambda: self._setpoint.publish(Float64(data=0.008)))
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
         threading.Thread(target=self.executor.spin, daemon=True).start()
+
+    def _hear_twin(self, array: DiagnosticArray) -> None:
+        for status in array.status:
+            if status.name == '/killed/twin_node':
+                self.twin_says = status.message
 
     def start(self, role: str) -> None:
         """The process of a role, in its namespace."""
@@ -207,6 +226,7 @@ class Kills:
     def _twin(self) -> None:
         moment = self.kill('twin')
         self.predicted.messages.clear()
+        self.twin_says = 'nothing'
         # A controller that began above its setpoint pauses for some seconds; one that is disturbed stays at 0 A.
         self.until(lambda: time.monotonic() - moment > LOOK, 'time')
         self.until(lambda: self.current.last > 0.0, 'twin killed: no current', PAUSE)
@@ -219,10 +239,11 @@ class Kills:
             time.sleep(0.01)
         if not self.predicted.messages:
             self.twins_again += 1
+            print(f'twin begun again; its diagnostics: {self.twin_says}; {self.predicted}; {self.current}', flush=True)
             self.kill('twin')
             self.start('twin')
         if not self.until(lambda: self.predicted.messages, 'no prediction'):
-            self.failures[-1] += self._said('twin')
+            self.failures[-1] += f'{self._said("twin")}; its diagnostics: {self.twin_says}; {self.predicted}'
 
     def _said(self, role: str) -> str:
         said = (self.folder / f'{role}.txt').read_text().splitlines()

@@ -92,6 +92,11 @@ class Topics:
         self._subscriptions.append(made)
         return made
 
+    def forget(self, subscription: Subscription) -> None:
+        """End a subscription."""
+        self._subscriptions.remove(subscription)
+        self._node.destroy_subscription(subscription)
+
     def unused_overrides(self) -> list[str]:
         """What to say of overrides that fit no topic here, when all topics are made. One file may serve both nodes."""
         return [

@@ -13,12 +13,14 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.nodes.polled import Inputs
-from tcp_muscle_ros.nodes.topics import MEASUREMENT_QOS, Topics
+from tcp_muscle_ros.nodes.topics import EVERY_TICK, MEASUREMENT_QOS, Topics
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS
 from tcp_muscle_ros.recording.units import UNITS
 
 HEARD = (*OUTPUTS, 'current', 'load', 'ambient')
 _APART = 0.5  # of a period: messages that are further apart belong to two ticks
+
+_SPEAKS = 2.0  # s, within which what is published in every tick comes
 
 
 @dataclass
@@ -34,7 +36,9 @@ class Hearing:
 
     def __init__(self, node: Node, topics: Topics, period: float) -> None:
         self._apart = _APART * period
+        self._node, self._topics = node, topics
         self._inputs, self._subscriptions = Inputs(), []
+        self._spoke: dict[str, float] = {}  # s, steady: when each topic last did, or was first listened to
         self._of_tick: dict[str, float] = {}
         self._young: list[tuple[float, str, float]] = []  # of a tick of which more may be under way
         for name in HEARD:
@@ -43,12 +47,27 @@ class Hearing:
             made = topics.subscription(message, kind.topic, _unused, MEASUREMENT_QOS, self._inputs.group)
             read = _reader(name)
             self._subscriptions.append((name, message, made, read))
-            self._inputs.add(made, message, self._taker(name, read))
+            self._inputs.add(made, message, self._taker(name, made.topic_name, read))
+            self._spoke[made.topic_name] = time.monotonic()
 
     @property
     def topics(self) -> frozenset[str]:
         """What is heard."""
         return frozenset(subscription.topic_name for _, _, subscription, _ in self._subscriptions)
+
+    def silent(self) -> dict[str, float]:
+        """By topic that somebody publishes in every tick, for how long (s) nothing of it has come. Asks the graph."""
+        now = time.monotonic()
+        return {
+            topic: now - spoke
+            for topic, spoke in self._spoke.items()
+            if topic.rpartition('/')[2] in EVERY_TICK and now - spoke > _SPEAKS and self._node.count_publishers(topic)
+        }
+
+    def end(self) -> None:
+        """Listen no more."""
+        for _, _, subscription, _ in self._subscriptions:
+            self._topics.forget(subscription)
 
     def ticks(self) -> list[Heard]:
         """What has come since last asked, oldest first. A channel that comes again begins the next tick.
@@ -56,10 +75,11 @@ class Hearing:
         A tick that may still be coming in is kept for the next time. Topics are looked at one after another: what came
         on one of them after the look at it would be a tick of its own, older than that of the topics looked at later.
         """
-        now, events = time.time(), [*self._young]
+        now, steady, events = time.time(), time.monotonic(), [*self._young]
         for name, message, subscription, read in self._subscriptions:
             while (got := subscription.handle.take_message(message, False)) is not None:
                 value = read(got[0])
+                self._spoke[subscription.topic_name] = steady
                 if math.isfinite(value):
                     events.append((got[1]['received_timestamp'] * 1e-9, name, value))
         events.sort()
@@ -78,8 +98,9 @@ class Hearing:
         self._inputs.take_tick(sent)
         return Heard(time, self._of_tick)
 
-    def _taker(self, name: str, read: Callable[[Any], float]) -> Callable[[Any], None]:
+    def _taker(self, name: str, topic: str, read: Callable[[Any], float]) -> Callable[[Any], None]:
         def take(message: Any) -> None:
+            self._spoke[topic] = time.monotonic()
             value = read(message)
             if math.isfinite(value):
                 self._of_tick[name] = value

@@ -47,6 +47,7 @@ PREDICTED = CHANNELS[:3]
 _SETTLES = 1.0  # s, in which the state is estimated before the model starts from it
 _VARIANTS = 8  # muscles drawn from the intervals: as many as a band needs, few enough for every tick
 _USUAL = 'karami_tadesse_2017'
+_HEARS_WITHIN = 10.0  # s, in which a topic that is published is heard; one that is not is subscribed to anew
 _MOST_AT_ONCE = 50  # ticks that are made up for: more means that the machine stood still
 
 
@@ -89,6 +90,7 @@ class TwinNode(Node):  # type: ignore[misc]
         self._collected: list[Heard] = []  # ticks of a simulation in lockstep
         self._out_of_step: dict[str, str] = {}
         self._unmatched: dict[str, str] = {}
+        self._silent: dict[str, float] = {}  # by topic that is published, for how long (s) it was not heard
         self._topics = Topics(self)
         self._publish_on(self._topics)
         if self._settings['adopting_controller']:
@@ -258,7 +260,35 @@ class TwinNode(Node):  # type: ignore[misc]
         self._controller.believe(self._twin.predictor.source)
         self._out_of_step = out_of_step(self, self._base, self._hearing.topics)
         self._unmatched = self._topics.mismatches_since(self._unmatched, self.get_logger().warning)
+        self._hear_anew()
         self._publish_diagnostics()
+
+    def _hear_anew(self) -> None:
+        """Subscribe once more where a muscle publishes and is not heard: rarely, after a kill, that was so for minutes.
+
+        In lockstep a subscription that is new would miss the tick; and a simulation may stand still for long.
+        """
+        silent = self._hearing.silent() if self._waits else {}
+        self._silent = {topic: age for topic, age in silent.items() if topic not in self._unmatched}
+        if isinstance(self._base, SteadyTime) and max(self._silent.values(), default=0.0) > _HEARS_WITHIN:
+            self._tell(f'{self._unheard}; subscribed anew')
+            with self._lock:
+                self._hearing.end()
+                self._hearing = Hearing(self, self._topics, 1.0 / self._rate)
+
+    @property
+    def _waits(self) -> bool:
+        """Whether no muscle is followed."""
+        now = self._base.now() / SECOND if self._base.collects else time.time()
+        return self._follows_since is None or now - self._then > self._longest_step or bool(self._out_of_step)
+
+    @property
+    def _unheard(self) -> str:
+        """What to say of topics that are published and not heard; '' where there are none."""
+        told = (
+            f'nothing has come on {topic} for {age:.0f} s, which is published' for topic, age in self._silent.items()
+        )
+        return ', '.join(told)
 
     def _propose(self, alarm: Alarm) -> None:
         model = alarm.improved() if self._settings['auto_adopt'] else None
@@ -273,9 +303,8 @@ class TwinNode(Node):  # type: ignore[misc]
 
     def _publish_diagnostics(self) -> None:
         twin, difference = self._twin, self._twin.difference
-        now = self._base.now() / SECOND if self._base.collects else time.time()
-        silent = self._follows_since is None or now - self._then > self._longest_step or bool(self._out_of_step)
-        reason = '; '.join((*list(self._out_of_step.values())[:1], *self._unmatched.values()))
+        silent = self._waits
+        reason = '; '.join(filter(None, (*[*self._out_of_step.values()][:1], *self._unmatched.values(), self._unheard)))
         message = 'waits for a muscle' + (f': {reason}' if reason else '') if silent else twin.state.value
         if difference is not None and not silent:
             message += (

@@ -1,6 +1,8 @@
 """The twin's node in this process, without a muscle: what it makes of what it is handed."""
 
 import os
+import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -8,6 +10,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 import rclpy
 from rclpy.parameter import Parameter
+from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.twin import State
 from tcp_muscle_ros.nodes.twin_alarm import save
@@ -34,6 +37,22 @@ def twin(request, tmp_path):
     _LEFT.append(made)
     yield made
     rclpy.try_shutdown()
+
+
+def until(condition):
+    """Wait for what another node is to bring about."""
+    deadline = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def message(twin):
+    """What the twin's diagnostics say."""
+    said = []
+    twin._diagnostics = SimpleNamespace(publish=said.append)
+    twin._look_after()
+    return said[0].status[0].message
 
 
 def test_what_two_models_are_compared_on_can_be_set_while_it_runs(twin):
@@ -76,3 +95,26 @@ def test_an_alarm_of_before_the_clock_was_set_back_is_raised_anew(twin):
     twin._twin.state = State.DIFFERS
     twin._take(heard(RUN[0] - 3600.0))
     assert twin._twin.state is State.FOLLOWS and twin._twin.difference is None
+
+
+def test_a_muscle_that_publishes_and_is_not_heard_is_named_and_subscribed_to_anew(twin):
+    _LEFT.append(muscle := rclpy.create_node('muscle'))
+    current = muscle.create_publisher(Float64, 'current', 1)
+    before = twin._hearing
+    until(lambda: twin.count_publishers('/current'))
+    assert message(twin) == 'waits for a muscle'
+    for age, anew in ((5.0, False), (15.0, True)):
+        twin._hearing._spoke['/current'] = time.monotonic() - age
+        said = f'waits for a muscle: nothing has come on /current for {age:.0f} s, which is published'
+        assert message(twin) == said
+        assert (twin._hearing is not before) == anew
+    assert message(twin) == 'waits for a muscle'
+    heard = []
+
+    def hears():
+        current.publish(Float64(data=0.1))
+        heard.extend(twin._hearing.ticks())
+        return heard
+
+    until(hears)
+    assert heard[0].values == {'current': 0.1}

@@ -38,12 +38,17 @@ class World:
 
     def __init__(self, monkeypatch):
         self.now, self.topics = 1000.0, []
-        monkeypatch.setattr(twin_hearing, 'time', SimpleNamespace(time=lambda: self.now), raising=False)
-        self.hearing = Hearing(None, self, PERIOD)
+        clock = SimpleNamespace(time=lambda: self.now, monotonic=lambda: self.now)
+        monkeypatch.setattr(twin_hearing, 'time', clock, raising=False)
+        self.published = set()
+        self.hearing = Hearing(self, self, PERIOD)
 
     def subscription(self, kind, topic, take, qos, group):
         self.topics.append(Topic(topic, self))
         return self.topics[-1]
+
+    def count_publishers(self, topic):
+        return topic in self.published
 
     def publishes(self, when):
         for k, topic in enumerate(self.topics[: len(TICK)]):
@@ -70,3 +75,13 @@ def test_what_came_before_the_clock_was_set_back_is_not_waited_for(monkeypatch):
     world.now -= 3600.0
     (tick,) = world.hearing.ticks()
     assert tick.time == pytest.approx(1000.0)
+
+
+def test_a_topic_that_is_published_and_not_heard_is_named(monkeypatch):
+    world = World(monkeypatch)
+    world.published = {'temperature', 'current', 'load'}  # a load is published where it changes
+    assert not world.hearing.silent()
+    world.now += 5.0
+    next(topic for topic in world.topics if topic.topic_name == 'temperature').waiting.append(1004.0)
+    world.hearing.ticks()
+    assert world.hearing.silent() == {'current': pytest.approx(5.0, abs=0.01)}
