@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp_muscle_ros.recording.inputs import drive_of, hold
-from tcp_muscle_ros.recording.instruments import instrument_faults
+from tcp_muscle_ros.recording.instruments import ROUNDED, instrument_faults
 from tcp_muscle_ros.recording.plausibility import unit_sentence
-from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
+from tcp_muscle_ros.recording.recording import CHANNELS, Array, Recording
 from tcp_muscle_ros.recording.units import UNITS
 
 
@@ -50,7 +50,7 @@ def check(recording: Recording) -> list[Issue]:
     for channel in recording.channels.values():
         found = check_samples(channel.name, channel.time, channel.value)
         if channel.name == 'resistance':
-            found = _without_pauses(channel.time, channel.value, found, drive_of(recording))
+            found = _without_pauses(channel.time, channel.value, found, recording)
         issues += sorted(found, key=lambda issue: issue.interval)
     for name, kind, sentence in instrument_faults(recording):
         time = recording[name].time
@@ -58,14 +58,16 @@ def check(recording: Recording) -> list[Issue]:
     return _shared_gaps(issues)
 
 
-def _without_pauses(time: Array, value: Array, found: list[Issue], drive: Channel | None) -> list[Issue]:
+def _without_pauses(time: Array, value: Array, found: list[Issue], recording: Recording) -> list[Issue]:
     """The findings of a resistance with all the gaps in which no current flowed as one."""
+    drive = drive_of(recording)
     if drive is None or not any(issue.kind == 'gap' for issue in found):
         return found
     step = np.diff(time)
     least = 0.05 * float(np.max(np.abs(drive.value)))
     middle = 0.5 * (time[1:] + time[:-1])
     pauses = (step > _GAP * float(np.median(step))) & (np.abs(hold(drive, middle)) <= least)
+    pauses &= ~_missing_in_all(middle, step, recording)
     if not pauses.any():
         return found
     # Judged as if the pauses had not been: the instants before and after belong together.
@@ -75,11 +77,25 @@ def _without_pauses(time: Array, value: Array, found: list[Issue], drive: Channe
         if issue.kind == 'gap':
             start = float(np.interp(issue.interval[0], time - shift, time))
             length = issue.interval[1] - issue.interval[0]
-            told = f'resistance: no sample for {length:.3g} s from {start:.3f} s, though current flowed'
+            flowed = float(hold(drive, np.array([start + 0.5 * length]))[0])
+            though = ', though current flowed' if abs(flowed) > least else ''
+            told = f'resistance: no sample for {length:.3g} s from {start:.3f} s{though}'
             kept.append(Issue('resistance', 'gap', (start, start + length), told))
     first, last = np.flatnonzero(pauses)[[0, -1]]
     told = f'resistance: read under current only; nothing in {np.count_nonzero(pauses)} pause(s)'
     return [*kept, Issue('resistance', 'pause', (float(time[first]), float(time[last + 1])), told)]
+
+
+def _missing_in_all(middle: Array, step: Array, recording: Recording) -> NDArray[np.bool_]:
+    """Which intervals of a resistance are, for most of them, a gap of every other output: the logger paused there."""
+    outputs = [c for name, c in recording.channels.items() if CHANNELS[name].role == 'output' and name != 'resistance']
+    others = [channel.time for channel in outputs if len(channel) > 1]
+    missing = np.full(middle.size, bool(others))
+    for time in others:
+        after = np.clip(np.searchsorted(time, middle), 1, time.size - 1)
+        silence = np.diff(time)[after - 1]
+        missing &= (silence > _GAP * float(np.median(np.diff(time)))) & (silence > 0.5 * step)
+    return missing
 
 
 def _shared_gaps(issues: list[Issue]) -> list[Issue]:
@@ -262,7 +278,8 @@ def _quantisation(name: str, time: Array, value: Array) -> Iterator[Issue]:
     step = quantum(value)
     if name == 'force' and np.count_nonzero(np.diff(value)) < _STEPPED * len(value):
         return  # weights put on and taken off
-    if span > 0 and len(value) >= 100 and step > _COARSE * span:
+    above_rounding = step > ROUNDED * float(np.max(np.abs(value)))  # else the last bit of a number that is constant
+    if above_rounding and len(value) >= 100 and step > _COARSE * span:
         yield Issue(
             name,
             'quantisation',

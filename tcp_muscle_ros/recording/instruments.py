@@ -18,13 +18,14 @@ _HELD = 0.05  # share of samples that repeat the one before
 _STUCK = 9  # samples
 _TURNS = 0.4  # share of samples at which noise turns, at least
 _ALIKE = 0.9  # of the others differ from each other: no quantisation repeats them
-_LINE = 30.0  # times the typical line of a spectrum, in each quarter of the recording: a tone
+_LINE = 30.0  # times the typical line of a spectrum and those on both sides, in each quarter: a tone
+_ASIDE = (3, 6)  # lines beside one that a tone in it does not reach
 _SLOWEST_TONE = 0.5  # Hz
 _TURNS_OF_A_TONE = 4.0  # at least, in each quarter of the recording: less is how the muscle warms
 _DRIVEN = 10.0  # times the typical line of the drive's spectrum: then the tone is the drive's
 _SWITCHES = 3  # at least, at which a channel steps
 _SURE = 5.0  # standard errors
-_ROUNDED = 1e-9  # of a channel's largest value: less is the last bit of a number, and no instrument's
+ROUNDED = 1e-9  # of a channel's largest value: less is the last bit of a number, and no instrument's
 _OFF = 0.03  # of a power or resistance, by which instruments contradict each other
 _LEADS = np.arange(0.25, 5.01, 0.25)  # s, by which a channel may be ahead
 _LEAST_GRID = 0.25  # s
@@ -99,7 +100,8 @@ def _tone(channel: Channel, drive: Channel | None) -> Iterator[tuple[str, str, s
     size = channel.value.size // 4
     frequency = np.fft.rfftfreq(size - 2, period)
     lines = [_spectrum(channel.value[k * size : (k + 1) * size]) for k in range(4)]
-    out = np.min([line / max(float(np.median(line[1:])), 1e-300) for line in lines], axis=0)
+    least = _rounding_lines(channel.value, frequency * period, size - 2)
+    out = np.min([line / np.maximum(_about(line), least) for line in lines], axis=0)
     out[frequency < max(_SLOWEST_TONE, _TURNS_OF_A_TONE / (size * period))] = 0.0
     k = int(np.argmax(out))
     if out[k] < _LINE:
@@ -116,6 +118,22 @@ def _spectrum(value: Array) -> Array:
     """Power of the second differences, by line."""
     bend = np.diff(value, 2)
     return np.asarray(np.abs(np.fft.rfft(bend * np.hanning(bend.size))) ** 2 + 1e-300)
+
+
+def _about(line: Array) -> Array:
+    """What each line must stand out of: the typical line, and those on either side of it. A smooth curve's spectrum
+    falls steeply, and its lowest lines are far above the typical one without being a tone."""
+    near, far = _ASIDE
+    padded = np.pad(line, far, mode='reflect')
+    beside = np.lib.stride_tricks.sliding_window_view(padded, far - near + 1)
+    below, above = np.median(beside[: line.size], axis=1), np.median(beside[-line.size :], axis=1)
+    return np.asarray(np.maximum(np.maximum(below, above), max(float(np.median(line[1:])), 1e-300)))
+
+
+def _rounding_lines(value: Array, cycles: Array, size: int) -> Array:
+    """Power that a tone as small as the values' rounding has in each line; ``cycles`` a sample."""
+    amplitude = ROUNDED * float(np.max(np.abs(value)))
+    return np.asarray((amplitude * (2.0 * np.sin(np.pi * cycles)) ** 2 * size / 4.0) ** 2 / _LINE + 1e-300)
 
 
 def _switches(drive: Channel) -> tuple[Array, Array]:
@@ -147,7 +165,7 @@ def _steps_at_switches(recording: Recording, channel: Channel, drive: Channel) -
     bend = float(
         np.median(np.abs(channel.value[k + 3] - channel.value[k] - channel.value[k - 1] + channel.value[k - 4]))
     )
-    rounding = _ROUNDED * float(np.max(np.abs(channel.value)))
+    rounding = ROUNDED * float(np.max(np.abs(channel.value)))
     if abs(size) > _SURE * scatter / np.sqrt(k.size) and abs(size) > max(3.0 * usual, bend, rounding):
         unit = {'temperature': (1.0, 'K'), 'displacement': (1e3, 'mm'), 'force': (1.0, 'N')}[channel.name]
         told = (

@@ -107,6 +107,10 @@ def test_a_coarse_channel_is_said_to_be_coarse():
     assert 'in steps of 4, ' in issue.sentence
 
 
+def test_the_rounding_of_a_constant_is_no_step():
+    assert kinds('temperature', TIME, 296.15 + 5.7e-14 * (np.arange(TIME.size) % 6)) == []
+
+
 @pytest.mark.parametrize(
     ('name', 'value', 'says'),
     [
@@ -193,3 +197,12 @@ def test_a_gap_that_all_channels_share_is_told_once():
     gap, _ = check(heated(resistance=lambda t: t >= 0.0, missing=(11.0, 14.0)))
     assert gap.kind == 'gap'
     assert gap.sentence.startswith('current, temperature, resistance: no sample for 3.02 s from 10.990 s')
+
+
+def test_a_gap_of_all_channels_is_no_pause_of_a_resistance():
+    """The logger paused while no current flowed: the resistance is read without any, too."""
+    there = (TIME < 7.0) | (TIME > 7.24)
+    made = {'current': 0.2 * (TIME < 5.0), 'temperature': temperature(), 'resistance': temperature(seed=1) / 20.0}
+    channels = {name: Channel(name, TIME[there], value[there], name) for name, value in made.items()}
+    (gap,) = check(Recording('bag', channels, 0))
+    assert gap.sentence.startswith('current, temperature, resistance: no sample for 0.26 s from 6.990 s')

@@ -55,6 +55,24 @@ def test_a_tone_is_named_with_its_frequency(sound, channel, size):
     assert 'a tone of 3.1 Hz throughout' in found[channel, 'tone']
 
 
+@pytest.mark.parametrize(('rate', 'each', 'lag'), [(100, 4.0, 3.0), (100, 4.0, 20.0), (50, 10.0, 5.0), (10, 30.0, 8.0)])
+def test_a_smooth_heating_and_cooling_is_no_tone(rate, each, lag):
+    """A simulated recording has no noise: all that its spectrum has is the curve itself, and its rounding."""
+    time = np.arange(int(2 * each * rate) + 1) / rate
+    current = 0.2 * (time < each)
+    top = 1.0 - np.exp(-each / lag)
+    rise = np.where(time < each, 1.0 - np.exp(-time / lag), top * np.exp(-(time - each) / lag))
+    assert named(driven(time, current, outputs={'temperature': 296.15 + 60.0 * rise})) == {}
+
+
+def test_a_wave_in_the_last_bit_of_a_number_is_no_tone():
+    time = np.arange(2400) / 20.0
+    value = 300.0 + 1e-12 * np.sin(2 * np.pi * 3.1 * time)
+    assert named(driven(time, np.zeros(2400), outputs={'temperature': value})) == {}
+    value = 300.0 + 1e-3 * np.sin(2 * np.pi * 3.1 * time)
+    assert set(named(driven(time, np.zeros(2400), outputs={'temperature': value}))) == {('temperature', 'tone')}
+
+
 def test_a_channel_of_another_clock_that_is_ahead_is_named(sound):
     found = named(changed(sound, 'temperature', lambda t, v: (t[20:] - 2.0, v[20:])))
     assert set(found) == {('temperature', 'clock')}
@@ -96,7 +114,11 @@ def switched(cycle_s, *, duty=0.4, rate=20.0, read=0.0):
     return driven(time, current)
 
 
-def driven(time, current, output_s=0.05):
+def driven(time, current, output_s=0.05, outputs=None):
+    """Outputs at the times of the drive; a thermometer of its own times where there are none."""
+    if outputs is not None:
+        made = {'current': current, **outputs}
+        return Recording('', {name: Channel(name, time, value, name) for name, value in made.items()}, 0)
     at = np.arange(0.0, 120.0, output_s)
     temperature = 300.0 + np.random.default_rng(3).standard_normal(at.size)
     channels = {'current': (time, current), 'temperature': (at, temperature)}
