@@ -5,7 +5,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rosbags.interfaces import Nodetype
@@ -323,6 +323,8 @@ class _Reader:
         if topic.broken:
             kind = self.bag.topics[name].message_type
             self.notes.append(f'{name}: {topic.broken} message(s) do not parse as {kind} and were left out')
+        if source.explicit and not present.any() and len(values) > topic.broken:
+            raise BadInput(f'--channel {source.channel}: {name} has no {source.field}: {self._how_many(source)}')
         if not present.all() and present.any() and topic.broken < np.count_nonzero(~present):
             missing = np.count_nonzero(~present) - topic.broken
             self.notes.append(f"{name}: {missing} message(s) without '{source.field}' were left out")
@@ -338,6 +340,22 @@ class _Reader:
         if kept.all():
             return _Samples(log, stamp, values)
         return _Samples(log[kept], None if stamp is None else stamp[kept], values[kept])
+
+    def _how_many(self, source: _Source) -> str:
+        """Of how many elements the sequence is, in the first message, of which the source's field asks for one more."""
+        types, kind = self.bag.types(source.topic), self.bag.topics[source.topic].message_type
+        store = get_typestore(Stores.EMPTY)
+        store.register(types)
+        (first, *_) = next(iter(self.bag.batches([source.topic]))).values()
+        value: Any = store.deserialize_cdr(first.payloads[0], kind)
+        for part in field_path(types, kind, source.field, ''):
+            if not isinstance(part, int):
+                value, name = getattr(value, part), part
+            elif part < len(value):
+                value = value[part]
+            else:
+                return f"'{name}' has {len(value)} element(s), counted from 0"
+        return 'not in every message'
 
     def ticks(self) -> Ticks | None:
         """When the muscle's own stamped messages were logged, and what they are stamped."""

@@ -499,6 +499,11 @@ def test_several_muscles_are_told_apart_by_namespace(tmp_path):
         ({'channels': {'force': '/lasr'}}, "--channel force: .* has no topic '/lasr'; did you mean '/laser'"),
         ({'channels': {'force': '/laser'}}, 'JointState has no single number; say which field'),
         ({'channels': {'force': '/laser.effort'}}, 'is a sequence, say which element'),
+        (
+            {'channels': {'displacement': '/laser.position[2]'}},
+            r"^--channel displacement: /laser has no position\[2\]: 'position' has 1 element\(s\), counted from 0$",
+        ),
+        ({'channels': {'force': '/laser.effort[0]'}}, r"'effort' has 0 element\(s\)"),
         ({'units': {'force': 'N'}}, '--unit force: .* no channel of this name'),
         ({'units': {'temperature': 'mm'}}, "--unit temperature: 'mm' is a unit of length, expected one of temperature"),
     ],
