@@ -97,7 +97,7 @@ def _run(argv: list[str], name: str | None, until_admitted: bool) -> int:
     )
     parser.add_argument('--version', action='version', version=f'{PROGRAM} {__version__}')
     commands = parser.add_subparsers(title='commands', dest='command', metavar='COMMAND', required=True)
-    module = None
+    module, own = None, parser
     for command, (file, purpose) in COMMANDS.items():
         subparser = commands.add_parser(command, help=purpose, description=purpose[0].upper() + purpose[1:] + '.')
         if command == name:
@@ -106,7 +106,10 @@ def _run(argv: list[str], name: str | None, until_admitted: bool) -> int:
             except ModuleNotFoundError as error:
                 return _missing(command, file, error)
             module.add_arguments(subparser)
-    args = parser.parse_args(argv)
+            own = subparser
+    args, unknown = parser.parse_known_args(argv)
+    if unknown:
+        own.error(f'unrecognized arguments: {" ".join(unknown)}')  # of the command, whose --help lists what it takes
     assert module is not None
     if until_admitted and hasattr(module, 'admit'):
         module.admit(args)

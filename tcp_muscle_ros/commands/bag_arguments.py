@@ -56,6 +56,11 @@ def add_bag_arguments(parser: argparse.ArgumentParser) -> None:
         help='take a channel (temperature, resistance, current ...) from any numeric field of any topic, e.g. '
         'displacement=/laser/range.range (repeatable)',
     )
+    add_unit_argument(parser)
+
+
+def add_unit_argument(parser: argparse.ArgumentParser) -> None:
+    """Add --unit."""
     parser.add_argument(
         '--unit',
         action='append',
@@ -71,8 +76,13 @@ def read_bags(args: argparse.Namespace, *paths: str) -> list[Recording]:
     from tcp_muscle_ros.recording.bag import read_bag
 
     channels = _pairs(args.channel, '--channel', 'NAME=TOPIC[.FIELD]')
-    units = _pairs(args.unit, '--unit', 'NAME=UNIT')
+    units = stated_units(args)
     return [read_bag(path, namespace=args.namespace, channels=channels, units=units) for path in paths]
+
+
+def stated_units(args: argparse.Namespace) -> dict[str, str]:
+    """What ``--unit`` says: channel -> unit, as they were typed."""
+    return _pairs(args.unit, '--unit', 'NAME=UNIT')
 
 
 def reading_options(args: argparse.Namespace) -> tuple[str, ...]:

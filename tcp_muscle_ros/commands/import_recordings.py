@@ -7,14 +7,19 @@ the bags.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from shutil import copyfile
 from typing import TYPE_CHECKING
 
+from tcp_muscle_ros.commands.bag_arguments import add_unit_argument, stated_units
+from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.files.outputs import add_force_argument
 
 if TYPE_CHECKING:
+    from tcp_muscle_ros.recording.checks import Issue
     from tcp_muscle_ros.recording.csv_import import Imported
     from tcp_muscle_ros.recording.lab.draft import DraftRun
 
@@ -24,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('files', nargs='+', metavar='FILE', help='CSV, text, .xlsx, .mat, .parquet, or folders of them')
     parser.add_argument('--map', metavar='MAP.yaml', help='what the columns are (default: found from the files)')
     parser.add_argument('--output', metavar='DIR', help='a new folder for the bags (default: named as the first file)')
+    add_unit_argument(parser)
     add_force_argument(parser)
 
 
@@ -37,6 +43,8 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.recording.lab.draft_map import map_text, told_apart
     from tcp_muscle_ros.recording.lab.guess import guess
 
+    if args.map and args.unit:
+        raise BadInput(f'--unit {args.unit[0]}: the map says what is in which unit; change it there: {args.map}')
     import_map = None if args.map is None else read_import_map(args.map)
     files = lab_files(args.files)
     refuse_among(args.output or files[0].stem, [*args.files, *([args.map] if args.map else [])])
@@ -47,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         if import_map is not None:
             copyfile(args.map, draft / IMPORT_MAP)  # says how they came about, and what belongs together
         else:
-            drafts = {**told_apart({file: guess(file) for file in files})}
+            drafts = {**_in_units(told_apart({file: guess(file) for file in files}), stated_units(args))}
             (draft / IMPORT_MAP).write_text(map_text(drafts, output / IMPORT_MAP), encoding='utf-8')
             import_map = read_import_map(draft / IMPORT_MAP)
         runs = list(import_runs(import_map, files))
@@ -60,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         for note in each.recording.notes:
             print(f'  note: {note}')
         for issue in check(each.recording):
-            print(f'  check: {issue.sentence}')
+            print(f'  check: {_as_import_takes_it(issue, output / IMPORT_MAP, args.map)}')
     for file in unclaimed(import_map, files):
         print(f'note: {file} matches no run of {args.map} and was left out')
     print(f'{len(runs)} run(s) imported to {output}')
@@ -79,3 +87,34 @@ def _say_understood(drafts: dict[Path, Sequence[DraftRun]], runs: list[Imported]
     by_name = {each.name: each.recording for each in runs}
     for file, found in drafts.items():
         print(understood(file, found, by_name[found[0].name]))
+
+
+def _in_units(drafts: Mapping[Path, Sequence[DraftRun]], units: Mapping[str, str]) -> Mapping[Path, Sequence[DraftRun]]:
+    """The drafts with the numbers of some channels in another unit than was understood. BadInput: no such channel in
+    any, no such unit, or a share of a length, which has none."""
+    from tcp_muscle_ros.recording.recording import channel_kind
+    from tcp_muscle_ros.recording.units import UNITS, unit_of
+
+    stated = {}
+    columns = [column for runs in drafts.values() for run in runs for column in run.columns]
+    for name, unit in units.items():
+        kind = channel_kind(name, '--unit')
+        of_channel = [column for column in columns if column.channel == kind.name]
+        if not of_channel:
+            known = [column.channel for column in columns]
+            raise BadInput(f'--unit {name}: no column is a channel of this name{nearest(name, known)}')
+        if any(column.scale != 1.0 for column in of_channel):
+            raise BadInput(f'--unit {name}: it is a share, scaled by a length; change that in the map (--map)')
+        stated[kind.name] = unit_of(unit, UNITS[kind.unit].quantity, f'--unit {name}').name
+
+    def changed(run: DraftRun) -> DraftRun:
+        return replace(run, columns=tuple(replace(c, unit=stated.get(c.channel, c.unit)) for c in run.columns))
+
+    return {file: [changed(run) for run in runs] for file, runs in drafts.items()}
+
+
+def _as_import_takes_it(issue: Issue, made: Path, given: str | None) -> str:
+    """What a check says, which is of the options of commands that read a bag: here the map names the columns, and one
+    that was given the units, too."""
+    said = re.sub(r'say --channel \S+$', f'name the right column in {given or made} (--map)', issue.sentence)
+    return re.sub(r'say --unit \w+=', f'say so in {given}, unit: ', said) if given else said

@@ -8,6 +8,7 @@ from PIL import Image
 
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.bag_writer import write_recording
+from tcp_muscle_ros.recording.inputs import hold
 from tcp_muscle_ros.recording.recording import Channel, Recording
 from tcp_muscle_ros.tool import main
 
@@ -65,6 +66,86 @@ def test_a_load_that_is_stated_in_words_is_exported_and_what_is_odd_is_said_at_i
     assert main(['export', 'lab/run', '--csv', 'again.csv']) == 0
     assert main(['import', 'again.csv', '--output', 'again']) == 0
     np.testing.assert_allclose(read_bag('again/again')['load'].value, 0.588399)
+
+
+def test_a_unit_that_import_asks_for_is_one_that_it_takes(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = ''.join(f'{t / 10},{0.25 * (t > 20)},{min(t, 60) / 5}\n' for t in range(100))
+    Path('h.csv').write_text('time_s,current_A,displacement_m\n' + rows)
+    assert main(['import', 'h.csv', '--output', 'lab']) == 0
+    shown = capsys.readouterr().out
+    assert 'say --unit displacement=mm; if it is something else' in shown
+    assert 'name the right column in lab/import_map.yaml (--map)' in shown and '--channel' not in shown
+    assert main(['import', 'h.csv', '--output', 'right', '--unit', 'displacement=mm']) == 0
+    assert 'no plausible value' not in capsys.readouterr().out
+    np.testing.assert_allclose(read_bag('right/h')['displacement'].value[-1], 12e-3)
+    assert main(['import', 'h.csv', '--output', 'again', '--map', 'right/import_map.yaml']) == 0
+    np.testing.assert_allclose(read_bag('again/h')['displacement'].value[-1], 12e-3)
+    assert main(['import', 'h.csv', '--output', 'third', '--map', 'lab/import_map.yaml']) == 0
+    assert 'say so in lab/import_map.yaml, unit: mm; if it is' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ('options', 'says'),
+    [
+        (['--unit', 'force=g'], '--unit force: no column is a channel of this name; known: current, displacement'),
+        (['--unit', 'displacement=A'], "--unit displacement: 'A' is a unit of current, expected one of length: m"),
+        (
+            ['--unit', 'displacement=mm', '--map', 'm.yaml'],
+            'change it there: m.yaml',
+        ),
+        (['--unti', 'displacement=mm'], 'unrecognized arguments: --unti displacement=mm; see tcp_muscle import --help'),
+    ],
+)
+def test_an_import_of_another_unit_that_cannot_be_is_refused(tmp_path, capsys, monkeypatch, options, says):
+    monkeypatch.chdir(tmp_path)
+    Path('h.csv').write_text('time_s,current_A,displacement_m\n' + ''.join(f'{t},0.1,{t}\n' for t in range(50)))
+    try:
+        code = main(['import', 'h.csv', '--output', 'lab', *options])
+    except SystemExit as leave:
+        code = leave.code
+    assert code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert says in line
+    assert not Path('lab').exists()
+
+
+def test_what_is_said_only_when_it_changes_is_exported_and_imported_again(tmp_path):
+    path = tmp_path / 'run'
+    seldom = {'load': ([0.0, 5.0, 7.0], [0.6, 0.9, 0.6]), 'current_command': ([0.1, 2.0], [0.0, 0.25])}
+    channels = {name: Channel(name, np.array(t), np.array(v), f'/{name}') for name, (t, v) in seldom.items()}
+    channels['current'] = Channel('current', TIME, np.where(TIME < 2, 0.0, 0.25), '/current')
+    channels['temperature'] = Channel('temperature', TIME[::2], 296.15 + TIME[::2], '/temperature')
+    write_recording(path, Recording(str(path), channels, 10**18))
+    table = tmp_path / 'out.csv'
+    assert main(['export', str(path), '--csv', str(table)]) == 0
+    assert main(['import', str(table), '--output', str(tmp_path / 'again')]) == 0
+    first, second = read_bag(path), read_bag(tmp_path / 'again' / 'out')
+    assert set(first) == set(second)
+    for name, sparse in (('load', True), ('current_command', True), ('temperature', False)):
+        assert len(second[name]) > len(first[name]) if sparse else len(second[name]) == len(first[name])
+        np.testing.assert_allclose(hold(second[name], first[name].time), first[name].value, rtol=1e-7)
+    assert second['current_command'].time[0] == pytest.approx(0.1)  # nothing was said before
+
+
+@pytest.mark.parametrize('options', [['--csv', '--output', 'F.csv'], ['--output', 'F.csv'], ['--csv', 'F.csv']])
+def test_export_writes_where_it_is_told(bag, tmp_path, monkeypatch, options):
+    monkeypatch.chdir(tmp_path)
+    assert main(['export', str(bag), *options]) == 0
+    assert Path('F.csv').read_text().startswith('time_s,')
+
+
+@pytest.mark.parametrize(
+    ('options', 'says'),
+    [
+        ([], 'which table? expected --csv, --parquet, or --output FILE.csv'),
+        (['--output', 'F.xlsx'], 'F.xlsx: which table? expected --csv, --parquet, or --output FILE.csv'),
+        (['--csv', 'F.csv', '--output', 'G.csv'], '--csv F.csv --output G.csv: two names for one table; expected one'),
+    ],
+)
+def test_export_asks_which_table(bag, capsys, options, says):
+    assert main(['export', str(bag), *options]) == 2
+    assert capsys.readouterr().err.endswith(says + '\n')
 
 
 def test_export_is_named_after_the_bag(bag, tmp_path, monkeypatch):
