@@ -7,7 +7,8 @@ A protocol whose loads a person hangs is played in parts, each a bag of its own:
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -147,7 +148,7 @@ def play(
         return Outcome(log.bags(), False, log.punctual)
     interrupted = False
     try:
-        with _runner_class()(namespace, protocol.kind, _hottest(limits), say) as runner:
+        with _muscle(namespace, protocol.kind, limits, say) as runner:
             refuse_beyond(protocol, model, allowed_by(limits, answer := runner.answer()))
             say(f'{answer.name or "a muscle"} answers; the model predicts at most {hottest - 273.15:.1f} degC')
             asked = [part.number for part in todo if by_person and _needs_person(part, todo, protocol)]
@@ -163,6 +164,9 @@ def play(
     finally:
         if kept := log.end():
             say(f'{kept}: what was there before; it is removed once the run is complete (--resume)')
+    if interrupted and not log.played:
+        say(f'{output}: interrupted before anything was played; no bag was written')
+        return Outcome(log.bags(), interrupted, log.punctual)
     say(f'{output}: {"interrupted, 0 A" if interrupted else "done"}; {100.0 * log.punctual:.1f} % within 2 ms of due')
     return Outcome(log.bags(), interrupted, log.punctual)
 
@@ -192,6 +196,20 @@ def _by_person(limits: RigLimits | None) -> bool:
 
 def _hottest(limits: RigLimits | None) -> float:
     return allowed_by(limits, None).temperature
+
+
+@contextmanager
+def _muscle(namespace: str, kind: str, limits: RigLimits | None, say: Callable[[str], None]) -> Iterator[Runner]:
+    """What plays on the muscle that answers there. BadInput where none does: it says where there are others."""
+    with ExitStack() as ending:
+        runner = _runner_class()(namespace, kind, _hottest(limits), say)
+        try:
+            ending.enter_context(runner)
+        except BadInput as mistake:
+            from tcp_muscle_ros.nodes.elsewhere import look_elsewhere
+
+            raise BadInput(f'{mistake}{look_elsewhere(namespace)}') from None
+        yield runner
 
 
 def _runner_class() -> type[Runner]:
@@ -238,7 +256,7 @@ def allowed_by(limits: RigLimits | None, answer: Answer | None) -> Allowed:
 def driver_allows(limits: RigLimits | None, namespace: str, kind: str, say: Callable[[str], None]) -> Allowed:
     """What rig and driver allow of a command (current, power or voltage) to the muscle that answers there. BadInput
     where none does."""
-    with _runner_class()(namespace, kind, _hottest(limits), say) as runner:
+    with _muscle(namespace, kind, limits, say) as runner:
         return allowed_by(limits, runner.answer())
 
 

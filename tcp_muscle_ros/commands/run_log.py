@@ -132,6 +132,11 @@ class RunLog:
             draft.replace(self._path)
 
     @property
+    def played(self) -> bool:
+        """Whether any command was given."""
+        return any(part.get('commands') for part in self._content['parts'].values())
+
+    @property
     def punctual(self) -> float:
         """The share of the commands that were within 2 ms of due."""
         played = [part for part in self._content['parts'].values() if part.get('commands')]

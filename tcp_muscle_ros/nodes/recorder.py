@@ -29,6 +29,7 @@ from std_msgs.msg import Float64
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import writable_folder, writing
+from tcp_muscle_ros.nodes.elsewhere import elsewhere
 from tcp_muscle_ros.nodes.log_times import LogTimes
 from tcp_muscle_ros.recording.bag_writer import BagWriter
 from tcp_muscle_ros.recording.recording import CHANNELS
@@ -264,17 +265,7 @@ class Recorder:
             self._subscriptions[topic] = self._subscribe(topic, ReliabilityPolicy.RELIABLE)
 
     def _elsewhere(self) -> str:
-        """Where else muscles are, as the end of a sentence."""
-        names = {
-            topic.rpartition('/')[0] for topic, _ in self._node.get_topic_names_and_types() if self._is_output(topic)
-        }
-        found = sorted(names - {self._namespace.rstrip('/')})
-        return f'; there are muscles under {", ".join(name or "/" for name in found)} (--namespace)' if found else ''
-
-    def _is_output(self, topic: str) -> bool:
-        name = topic.rpartition('/')[2]
-        published = name in TOPICS and self._node.count_publishers(topic) > 0
-        return published and any(kind.topic == name and kind.role == 'output' for kind in CHANNELS.values())
+        return elsewhere(self._node, self._namespace)
 
     def close(self) -> None:
         """Finish the bag."""

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from tcp_muscle_ros.commands import run as command
 from tcp_muscle_ros.commands.run_log import RunLog, admit_output, path_of
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.nodes.runner import Played
@@ -126,3 +127,48 @@ def test_a_log_that_cannot_be_written_is_one_line(replacing, tmp_path, monkeypat
     monkeypatch.setattr('pathlib.Path.write_text', full)
     with pytest.raises(BadInput, match=r'bag\.run\.json: cannot be written \(No space left on device\)'):
         replacing.begin(1)
+
+
+class Silent:
+    """A runner under whose namespace nothing answers, or which is stopped before it has played."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def __call__(self, *_):
+        return self
+
+    def __enter__(self):
+        raise self.error
+
+    def __exit__(self, *_):
+        pass
+
+
+def test_where_no_muscle_answers_it_is_said_where_there_are_some(run, tmp_path, monkeypatch, capsys):
+    rclpy = pytest.importorskip('rclpy')
+    from std_msgs.msg import Float64
+
+    context = rclpy.context.Context()
+    rclpy.init(args=[], context=context)
+    node = rclpy.create_node('one', context=context)
+    publishers = [node.create_publisher(Float64, f'/finger_{k}/displacement', 1) for k in (1, 2)]
+    monkeypatch.setattr(command, '_runner_class', lambda: Silent(BadInput('under / no muscle answers within 10 s')))
+    try:
+        assert main(['run', 'protocol.yaml', '--yes', '--output', 'bag']) == 2
+        said = capsys.readouterr().err
+        assert said.startswith('tcp_muscle run: under / no muscle answers within 10 s; there are muscles under /')
+        assert '/finger_1, /finger_2' in said and said.count('\n') == 1
+        assert main(['run', 'protocol.yaml', '--yes', '--output', 'bag', '--namespace', 'finger_1']) == 2
+        assert capsys.readouterr().err.endswith('within 10 s\n')
+    finally:
+        del publishers
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+
+
+def test_stopped_before_anything_was_played_no_bag_is_claimed(run, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(command, '_runner_class', lambda: Silent(KeyboardInterrupt()))
+    assert main(['run', 'protocol.yaml', '--yes', '--output', 'bag']) == 130
+    assert capsys.readouterr().out.endswith('bag: interrupted before anything was played; no bag was written\n')
+    assert not (tmp_path / 'bag').exists()
