@@ -70,6 +70,7 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.files.outputs import in_place_of
     from tcp_muscle_ros.recording.bag_writer import write_pieces
+    from tcp_muscle_ros.settings.parameter_file import given_names, idle
 
     admitted = admit(args)
     domain = Domain(admitted.file.parameters['H0'])
@@ -77,7 +78,8 @@ def run(args: argparse.Namespace) -> int:
         write_pieces(draft, _recordings(admitted, domain, progress))
     protocol = admitted.protocol
     print(f'{admitted.output}: {protocol.duration:g} s at {protocol.rate_hz:g} Hz; {domain.summary}')
-    for note in domain.notes():
+    muscle = admitted.file.parameters
+    for note in (*idle(given_names(muscle), muscle.effects), *domain.notes()):
         print(f'note: {note}')
     return 0
 

@@ -10,7 +10,8 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, descriptor, of_rclpy
 from tcp_muscle_ros.nodes.plan import Plan, naming, read_plan
-from tcp_muscle_ros.settings.operating import JOINTS, MUSCLES, shown
+from tcp_muscle_ros.settings.operating import JOINTS, MUSCLES, SIM, shown
+from tcp_muscle_ros.settings.parameter_file import idle
 
 _CLOCK = 'use_sim_time'
 _EFFECTS = "physics beside the paper's model: " + ', '.join(EFFECTS)
@@ -44,6 +45,8 @@ def declare(node: Node, owner: str, check: Callable[[Settings], None], apply: Ca
     for name, settings in (*plan.muscles.items(), *plan.joints.items()):
         _declare(node, f'{name}.' if name else '', settings, settings)
     _say(node, plan)
+    if owner == SIM:
+        _warn_of_idle(node, plan, given)
     changes = _Changes(node, plan, check, apply)
     node.add_on_set_parameters_callback(changes.may_be_made)
     node.add_post_set_parameters_callback(changes.were_made)
@@ -123,6 +126,17 @@ def _say(node: Node, plan: Plan) -> None:
             say(f'{name}: ' + _listed(settings, own))
     for name, settings in plan.joints.items():
         say(f'{name}: ' + _listed(settings, settings))
+
+
+def _warn_of_idle(node: Node, plan: Plan, given: Iterable[str]) -> None:
+    """A line for each effect that was given parameters and is not on: of all muscles, or of one by its name."""
+    on = {name: settings['effects'] for name, settings in plan.muscles.items()}
+    told = idle(given, list(dict.fromkeys(effect for effects in on.values() for effect in effects)))
+    for name, effects in on.items() if plan.many else ():
+        own = [key.removeprefix(f'{name}.') for key in given if key.startswith(f'{name}.')]
+        told += [f'{name}: {sentence}' for sentence in idle(own, effects)]
+    for sentence in told:
+        node.get_logger().warning(sentence)
 
 
 def _listed(settings: Settings, names: Iterable[str]) -> str:

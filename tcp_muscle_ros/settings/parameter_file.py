@@ -6,7 +6,7 @@ are in degC.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
@@ -14,7 +14,7 @@ from pathlib import Path
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.files.inputs import read_text, why_unread
 from tcp_muscle_ros.files.yaml_text import NotYaml, parse
-from tcp_muscle_ros.muscle import SETS, TABLE, Parameters
+from tcp_muscle_ros.muscle import EFFECTS, SETS, TABLE, Parameters
 from tcp_muscle_ros.muscle.edges import EDGES, EdgeValue, inside, names, outside
 from tcp_muscle_ros.settings.operating import MUSCLES, OPERATING, read_value
 
@@ -73,6 +73,25 @@ def from_names(flat: Mapping[str, object]) -> ParameterFile:
         else:
             raise BadInput(f"unknown parameter '{name}'{nearest(name, [*EDGES, *OPERATING, 'effects'])}")
     return ParameterFile(Parameters(inside(values), effects), operating)
+
+
+def idle(given: Iterable[str], effects: Collection[str]) -> list[str]:
+    """A sentence for each effect that has parameters among the names ``given`` and is not on: they do nothing."""
+    unused: dict[str, list[str]] = {}
+    for name in given:
+        effect, dot, _ = name.partition('.')
+        if dot and effect in EFFECTS and effect not in effects:
+            unused.setdefault(effect, []).append(name)
+    on = ', '.join(effects)
+    return [
+        f'{", ".join(names)} {"has" if len(names) == 1 else "have"} no effect: {effect} is not among effects: [{on}]'
+        for effect, names in unused.items()
+    ]
+
+
+def given_names(parameters: Parameters) -> list[str]:
+    """What a file stated of a muscle, as files name it."""
+    return [name for name, edge in EDGES.items() if edge.members[0] in parameters.given]
 
 
 def write(

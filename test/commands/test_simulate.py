@@ -126,6 +126,14 @@ def test_what_is_not_to_be_believed_is_said_in_few_digits(run, segment, told):
     assert max(len(line) for line in said.replace(':', '\n').splitlines()) < 140
 
 
+def test_a_parameter_of_an_effect_that_is_not_on_is_said_to_do_nothing(run):
+    given = 'effects: [radiation]\n    natural_convection.n: 0.3\n    radiation.eps: 0.8\n'
+    muscle = f'/**:\n  ros__parameters:\n    {given}'
+    code, said = run('[{duration_s: 1, value: 0.1}]', muscle=muscle)
+    told = 'note: natural_convection.n has no effect: natural_convection is not among effects: [radiation]'
+    assert code == 0 and [line for line in said.splitlines() if 'has no effect' in line] == [told]
+
+
 def test_a_long_protocol_takes_no_more_memory_than_a_short_one(tmp_path):
     peak = {}
     # The first may have to compile the model, which takes memory too. VmHWM is the program's own: what getrusage tells

@@ -10,9 +10,13 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+import rclpy
+from rclpy.parameter import Parameter
+
 from tcp_muscle_ros.control import tracking
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.nodes.declaring import declare
 from tcp_muscle_ros.nodes.parameters import KNOWN, descriptor, read, read_effects, read_value
 from tcp_muscle_ros.settings.operating import CONTROL, OPERATING, SIM, TWIN, TWIN_NODE
 
@@ -174,6 +178,35 @@ def test_a_process_given_a_mistake_ends_with_2_and_one_line(tmp_path, program, a
     assert ended.returncode == 2, ended.stderr
     assert line in ended.stderr
     assert ended.stderr.count('\n') == 1 and ended.stdout == '', ended.stderr
+
+
+@pytest.mark.parametrize(
+    ('given', 'told'),
+    [
+        (
+            {'natural_convection.n': 0.3},
+            ['natural_convection.n has no effect: natural_convection is not among effects: []'],
+        ),
+        ({'natural_convection.n': 0.3, 'effects': ['natural_convection']}, []),
+        (
+            {'muscles': ['a', 'b'], 'a.effects': ['creep'], 'creep.J': 0.1, 'b.creep.J': 0.2},
+            ['b: creep.J has no effect: creep is not among effects: []'],
+        ),
+    ],
+)
+def test_a_parameter_of_an_effect_that_is_not_on_is_warned_of(monkeypatch, given, told):
+    context = rclpy.context.Context()
+    rclpy.init(args=[], context=context)
+    overrides = [Parameter(name, value=value) for name, value in given.items()]
+    node = rclpy.create_node('one', context=context, parameter_overrides=overrides)
+    said = []
+    try:
+        monkeypatch.setattr(type(node.get_logger()), 'warning', lambda _, sentence: said.append(sentence))
+        declare(node, SIM, lambda _: None, lambda *_: None)
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+    assert said == told
 
 
 @pytest.mark.parametrize(
