@@ -4,7 +4,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias, Union
+from typing import TYPE_CHECKING, TypeAlias, Union, cast
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.interface.wording import in_python
@@ -52,7 +52,7 @@ def load(
 
         return to_frame(read_bag(source, namespace=namespace, channels=channels, units=units))
     if not isinstance(source, str | Path | Recording):
-        return to_frame(_taken_as(of_frame(source, channels=channels), units or {}))
+        return to_frame(_taken_as(_of_frame(source, channels), units or {}))
     recording = recording_of(source, run)
     if channels:
         raise BadInput(f'{recording.path}: channels name those of bags and frames; a file has a map for it (--map)')
@@ -64,7 +64,7 @@ def recording_of(source: Source, run: str | None = None) -> Recording:
     if isinstance(source, Recording):
         return source
     if not isinstance(source, str | Path):
-        return of_frame(source)
+        return _of_frame(source)
     path = Path(source)
     if _is_bag(path):
         from tcp_muscle_ros.recording.bag import read_bag
@@ -77,6 +77,12 @@ def recording_of(source: Source, run: str | None = None) -> Recording:
         what = f'holds {len(runs)} runs' if run is None else f"has no run '{run}'"
         raise BadInput(f"{path}: {what}; expected run='...'{nearest(run or '', runs)}")
     return runs[run]
+
+
+def _of_frame(source: object, channels: Mapping[str, str] | None = None) -> Recording:
+    if not (hasattr(source, 'columns') and hasattr(source, 'index')):
+        raise BadInput(f'{source!r:.60} is no recording; expected a DataFrame, or the path of a bag or of a file')
+    return of_frame(cast('pd.DataFrame', source), channels=channels)
 
 
 def _is_bag(path: Path) -> bool:

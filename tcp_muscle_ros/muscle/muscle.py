@@ -123,7 +123,7 @@ class Muscle:
         _finite('held_length', held_length, 'm')
         _finite('spring_rest_length', spring_rest_length, 'm')
         if end == 'spring' and not (isfinite(spring_rate) and spring_rate > 0.0):
-            raise BadInput(f'spring_rate = {spring_rate} N/m: a muscle held by a spring needs a rate above 0')
+            raise BadInput(f'spring_rate_n_per_m is {spring_rate}: a muscle held by a spring needs a rate above 0 N/m')
         self.parameters = parameters
         self._p, self._on = parameters.vector, parameters.mask
         self._q, self._work = stepping.scratch()

@@ -32,9 +32,15 @@ def usage(name: str) -> str:
     for row in (*OPERATING.values(), *TWIN.values()):
         if name in row.owners:
             unit = '' if row.unit in ('', '1') else f' {row.unit}'
-            default = repr(row.default) if isinstance(row.default, str) else str(row.default).lower()
-            lines.append(f'  {row.name:<26} {row.meaning} ({default}{unit})')
+            lines.append(f'  {row.name:<26} {row.meaning} ({_default(row.default)}{unit})')
     return '\n'.join(lines)
+
+
+def _default(value: object) -> str:
+    """A default as people type it: no last bits of a product."""
+    if isinstance(value, float):
+        return str(float(f'{value:.9g}'))
+    return repr(value) if isinstance(value, str) else str(value).lower()
 
 
 def check_arguments(arguments: Sequence[str], name: str) -> None:

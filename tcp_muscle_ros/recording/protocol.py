@@ -13,6 +13,7 @@ segments:
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib import resources
 from pathlib import Path
 from typing import NamedTuple
 
@@ -137,7 +138,14 @@ def _last_tick(piece: Sampled) -> Sampled:
 
 def read_protocol(path: str | Path) -> Protocol:
     """A protocol from its YAML file. BadInput names the key and the nearest valid one."""
-    return parse_protocol(load_yaml(path))
+    return parse_protocol(load_yaml(path, _shipped()))
+
+
+def _shipped() -> list[Path]:
+    """The protocols that come along, as they can be typed from here."""
+    config, here = Path(str(resources.files('tcp_muscle_ros') / 'config')).resolve(), Path.cwd()
+    found = sorted(config.glob('protocol_*.yaml'))
+    return [path.relative_to(here) if path.is_relative_to(here) else path for path in found]
 
 
 def parse_protocol(file: Section) -> Protocol:

@@ -1,7 +1,7 @@
 """YAML that people write, read with errors that name the file, the key and the nearest valid one."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
@@ -116,14 +116,19 @@ def number_or_none(value: object, offset: float = 0.0) -> float | None:
         return None
 
 
-def load_yaml(path: str | Path) -> Section:
-    """A YAML file whose content is a mapping. BadInput: missing, unreadable, or no YAML (with line and column)."""
+def load_yaml(path: str | Path, shipped: Iterable[Path] = ()) -> Section:
+    """A YAML file whose content is a mapping. BadInput: missing, unreadable, or no YAML (with line and column).
+
+    ``shipped``: files of its kind that come along, named where the path is not like any that is beside it.
+    """
     path = Path(path)
     try:
         content = parse(read_text(path))
     except OSError as error:
         siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
         hint = nearest(path.name, [name for name in siblings if name.endswith(('.yaml', '.yml'))])
+        if shipped and 'did you mean' not in hint:
+            hint = f'; known: {", ".join(map(str, shipped))}'
         raise BadInput(f'{path}: cannot be read ({error.strerror}){hint}') from None
     except UnicodeDecodeError:
         raise BadInput(f'{path}: not UTF-8 text, expected YAML') from None

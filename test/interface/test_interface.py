@@ -187,6 +187,8 @@ def test_the_gate_names_the_argument_that_mends_a_frame(frame, change, advice):
     [
         (lambda f: tcp.calibrate(f[['temperature_degC']]), r"name one with load\(..., channels=\{'current': '...'\}\)"),
         (lambda f: tcp.calibrate(f, separate=('hB',)), r"separate=\('hB',\): expected one of hA, C"),
+        (lambda f: tcp.load(3), '^3 is no recording; expected a DataFrame, or the path of a bag or of a file$'),
+        (lambda f: tcp.diagnose(None), '^None is no recording; expected'),
         (lambda f: tcp.load(f, units={'displacment': 'mm'}), r"units: unknown channel 'displacment'; did you mean"),
         (lambda f: tcp.load(f, units={'load': 'gram'}), r"units\['load'\]: unknown unit 'gram'; known: N,"),
         (lambda f: tcp.load(f[['current_A']], units={'load': 'g'}), r"units\['load'\]: frame has no channel of this"),

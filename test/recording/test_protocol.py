@@ -1,4 +1,5 @@
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -120,6 +121,16 @@ def test_a_mistake_is_one_line_with_the_key_and_the_nearest_valid_one(protocol, 
         protocol(text)
     assert 'protocol.yaml' in str(caught.value)
     assert '\n' not in str(caught.value)
+
+
+def test_a_missing_file_that_is_like_none_beside_it_names_those_that_come_along(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'mkdocs.yml').write_text('')
+    with pytest.raises(BadInput, match=r'known: .*/config/protocol_loads.yaml, .*/config/protocol_steps.yaml$'):
+        read_protocol(tmp_path / 'nope.yaml')
+    monkeypatch.chdir(Path(__file__).parents[2])
+    with pytest.raises(BadInput, match=r'known: config/protocol_loads.yaml, config/protocol_steps.yaml$'):
+        read_protocol('nope.yaml')
 
 
 def test_a_missing_file_names_the_nearest(tmp_path):
