@@ -11,6 +11,11 @@ class BadInput(ValueError):
     """
 
 
+def install(extra: str) -> str:
+    """How an extra of this package is installed: it is in no index, so from its checkout."""
+    return f"pip install '.[{extra}]' in the checkout of tcp_muscle_ros"
+
+
 def nearest(name: str, choices: Iterable[str]) -> str:
     """The clause that ends an error about an unknown name.
 

@@ -20,7 +20,7 @@ from multiprocessing.context import SpawnProcess
 from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.commands.one_run import Outcome, Task, is_done, work
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, install
 from tcp_muscle_ros.process.threads import LINEAR_ALGEBRA
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def cluster(tasks: Sequence[Task], address: str) -> Generator[Outcome | None, No
     try:
         from distributed import Client
     except ModuleNotFoundError:
-        raise BadInput("--scheduler needs distributed: pip install 'tcp_muscle_ros[cluster]'") from None
+        raise BadInput(f'--scheduler needs distributed: {install("cluster")}') from None
     _refuse_silence(address)
     with _no_logging(), _connected(Client, address) as client:
         futures = {client.submit(work, task, key=f'{task.name}-{uuid.uuid4().hex}', pure=False): task for task in tasks}

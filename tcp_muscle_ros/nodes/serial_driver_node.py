@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from rclpy.publisher import Publisher
 
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, install
 from tcp_muscle_ros.nodes.driven_muscle import DrivenMuscle
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.parameters import Settings
@@ -24,7 +24,7 @@ class SerialDriverNode(SafeNode[DrivenMuscle]):
 
     def __init__(self) -> None:
         if importlib.util.find_spec('serial') is None:
-            raise BadInput("needs pyserial: pip install '.[hardware]', or sudo apt install python3-serial")
+            raise BadInput(f'needs pyserial: {install("hardware")}, or sudo apt install python3-serial')
         super().__init__(DRIVER)
 
     def check(self, settings: Settings) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, install
 from tcp_muscle_ros.recording.frames import TIME
 from tcp_muscle_ros.recording.recording import Array
 
@@ -28,6 +28,6 @@ def write_parquet(path: Path, time: Array, columns: Mapping[str, Array]) -> None
         import pyarrow
         import pyarrow.parquet
     except ModuleNotFoundError:
-        raise BadInput("Parquet needs pyarrow: pip install 'tcp_muscle_ros[labs]'") from None
+        raise BadInput(f'Parquet needs pyarrow: {install("labs")}') from None
     arrays = {name: pyarrow.array(values, mask=~np.isfinite(values)) for name, values in columns.items()}
     pyarrow.parquet.write_table(pyarrow.table({TIME: time, **arrays}), path)

@@ -4,7 +4,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.errors import BadInput, install, nearest
 
 DATA = Path(str(resources.files('tcp_muscle_ros.robots') / 'data'))
 ROBOTS = tuple(sorted(path.stem for path in DATA.glob('*.xml')))
@@ -22,8 +22,7 @@ def mujoco() -> Any:
         import mujoco as module
     except ImportError:
         raise BadInput(
-            "a simulated robot needs MuJoCo, which is not installed: pip install 'tcp_muscle_ros[mujoco]' (Python 3.11 "
-            'and later)'
+            f'a simulated robot needs MuJoCo, which is not installed: {install("mujoco")} (Python 3.11 and later)'
         ) from None
     return module
 

@@ -193,7 +193,7 @@ def test_a_motion_without_bounds_ends_with_one_line(tmp_path, monkeypatch):
 
 def test_without_mujoco_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(__import__('sys').modules, 'mujoco', None)
-    with pytest.raises(BadInput, match=r"pip install 'tcp_muscle_ros\[mujoco\]'"):
+    with pytest.raises(BadInput, match=r"pip install '\.\[mujoco\]' in the checkout"):
         made('arm', ARM)
 
 

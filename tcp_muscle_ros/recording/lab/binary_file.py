@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, install
 from tcp_muscle_ros.recording.lab.grid import Grid, Row
 
 KINDS = ('.xlsx', '.xlsm', '.mat', '.parquet')
 _UNITS = ('units', 'unit', 'einheiten', 'einheit')
-_EXTRA = "which is not installed: pip install 'tcp_muscle_ros[labs]'"
+_EXTRA = f'which is not installed: {install("labs")}'
 
 
 def read_sheets(path: Path) -> list[Grid]:
