@@ -100,12 +100,12 @@ def _parts(recording: Recording) -> tuple[Recording, ...]:
     drive = drive_of(recording)
     if drive is None or len(drive) < 2 or not any(CHANNELS[n].role == 'output' for n in recording.channels):
         return (recording,)
-    cuts = [*_silences(drive), *((t, t, why) for t, why in _seams(recording))]
+    cuts = _merged([*_silences(drive), *((t, t, why) for t, why in _seams(recording))])
     if not cuts:
         return (recording,)
-    ends = [0.0, *(t for cut in sorted(cuts) for t in cut[:2]), recording.duration]
+    ends = [0.0, *(t for cut in cuts for t in cut[:2]), recording.duration]
     spans = [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a >= _SHORTEST]
-    why = '; '.join(cut[2] for cut in sorted(cuts))
+    why = '; '.join(cut[2] for cut in cuts)
     if not spans:
         return (recording,)
     found = []
@@ -116,6 +116,17 @@ def _parts(recording: Recording) -> tuple[Recording, ...]:
         start_ns = recording.start_ns + round(start * 1e9)
         found.append(Recording(recording.path, channels, start_ns, known, (*recording.notes, note), recording.units))
     return tuple(found)
+
+
+def _merged(cuts: list[tuple[float, float, str]]) -> list[tuple[float, float, str]]:
+    """(start, end, sentence) in order of time; those that overlap as one: a run may begin within a silence."""
+    merged: list[tuple[float, float, str]] = []
+    for start, end, why in sorted(cuts):
+        if merged and start <= merged[-1][1]:
+            first, last, said = merged.pop()
+            start, end, why = first, max(last, end), f'{said}; {why}'
+        merged.append((start, end, why))
+    return merged
 
 
 def _window(channel: Channel, start: float, end: float) -> Channel:

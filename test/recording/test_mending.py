@@ -1,0 +1,38 @@
+"""Where a recording is cut, and what is kept between the cuts."""
+
+import numpy as np
+import pytest
+
+from tcp_muscle_ros.recording.mending import mend
+from tcp_muscle_ros.recording.recording import Channel, Recording
+
+TIME = np.arange(0.0, 120.0, 0.05)
+
+
+def recorded(silence: tuple[float, float], jump: float) -> Recording:
+    """A current that is unknown during the silence (s), and another run from a jump (s) on."""
+    known = (silence[0] > TIME) | (silence[1] < TIME)
+    current = np.where((TIME // 10.0) % 2.0 == 0.0, 0.2, 0.0)
+    noise = 0.05 * np.random.default_rng(0).standard_normal(TIME.size)
+    temperature = 300.0 + 20.0 * np.sin(TIME / 15.0) + 60.0 * (jump <= TIME) + noise
+    channels = {
+        'current': Channel('current', TIME[known], current[known], '/current'),
+        'temperature': Channel('temperature', TIME, temperature, '/temperature'),
+    }
+    return Recording('recorded', channels, 0)
+
+
+@pytest.mark.parametrize(
+    ('jump', 'spans'),
+    [
+        (20.0, [(0.0, 20.0), (20.0, 40.0), (70.0, 120.0)]),
+        (50.0, [(0.0, 40.0), (70.0, 120.0)]),
+        (69.0, [(0.0, 40.0), (70.0, 120.0)]),
+        (90.0, [(0.0, 40.0), (70.0, 90.0), (90.0, 120.0)]),
+    ],
+)
+def test_nothing_is_kept_of_a_silence_wherever_another_run_begins(jump, spans):
+    parts = mend(recorded((40.0, 70.0), jump)).parts
+    found = [(part.start_ns * 1e-9, part.start_ns * 1e-9 + part.duration) for part in parts]
+    assert np.array(found) == pytest.approx(np.array(spans), abs=0.2)
+    assert all('no current for 30.' in part.notes[-1] and f'jumps at {jump:.1f} s' in part.notes[-1] for part in parts)
