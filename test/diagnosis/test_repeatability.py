@@ -46,3 +46,11 @@ def test_of_two_runs_one_foretells_the_other_less_well_than_their_course_would()
 def test_a_time_scale_shorter_than_two_samples_is_not_given():
     found = repeatability(TIME[::10], runs(3, slow=0.05)[:, ::10])
     assert np.isnan(found.by_scale[0]) and np.isfinite(found.by_scale[1:]).all()
+
+
+def test_runs_that_do_not_move_say_nothing_and_runs_that_cancel_each_other_have_no_course():
+    assert repeatability(TIME, np.zeros((2, TIME.size))) is None
+    assert repeatability(TIME, np.full((2, TIME.size), 0.1)) is None
+    found = repeatability(TIME, np.stack([COURSE, -COURSE]))
+    assert found.own_gain == pytest.approx(np.sqrt(2.0) * np.std(COURSE))
+    assert np.isfinite([found.plain, found.foretold, *found.by_scale]).all()

@@ -70,6 +70,16 @@ def test_what_a_model_says_that_runs_differ_by_is_no_want_of_repetition():
     assert as_they_are.plain > 0.02 and beside.plain < 0.1 * as_they_are.plain
 
 
+def test_a_channel_that_does_not_move_is_not_compared_whatever_a_model_foretells_of_it():
+    made = [run(0.7, seed=k) for k in range(2)]
+    (seen,) = made[0].observed.values()
+    still = replace(seen, value=np.zeros_like(seen.value))
+    made = [replace(e, observed={**e.observed, 'temperature': still}) for e in made]
+    foretold = [{'displacement': seen.value, 'temperature': k + seen.value * (1 + k)} for k in range(2)]
+    assert list(between_runs(made)) == ['displacement']
+    assert list(between_runs(made, foretold)) == ['displacement']
+
+
 def test_runs_that_repeat_each_other_to_the_noise_need_no_allowance():
     made = [run(0.7, seed=k) for k in range(3)]
     fitted = calibrate(made, NOMINAL).fit

@@ -44,16 +44,16 @@ class Repeatability:
 
 
 def repeatability(time: Array, values: Array) -> Repeatability | None:
-    """How well runs repeat each other; None for fewer than two.
+    """How well runs repeat each other; None for fewer than two, and where none of them moves.
 
     Args:
         time: s, evenly spaced, shape (n,).
         values: of each run at these instants, shape (runs, n).
     """
     runs = values.shape[0]
-    if runs < 2:
-        return None
     peak = float(np.mean(np.ptp(values, axis=1)))
+    if runs < 2 or peak == 0.0:
+        return None
     plain = values - np.mean(values, axis=0)
     own = _own_gain(values)
     pieces = _by_scale(time, own)
@@ -81,8 +81,8 @@ def between_runs(
     found: dict[str, list[Repeatability]] = {}
     for protocol in protocols(experiments):
         for name in sorted(set.intersection(*(set(experiments[k].observed) for k in protocol.recordings))):
-            one = repeatability(*side_by_side(experiments, protocol, name, foretold))
-            if one is not None:
+            compared = side_by_side(experiments, protocol, name, foretold)
+            if compared and (one := repeatability(*compared)):
                 found.setdefault(name, []).append(one)
     return {name: _pooled(several) for name, several in found.items()}
 
@@ -92,9 +92,12 @@ def side_by_side(
     protocol: Protocol,
     channel: str,
     foretold: Sequence[Mapping[str, Array]] = (),
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array] | None:
     """Instants (s) from the switch on, and a channel of each run at them, shape (runs, n); a zero that is the rig's is
-    what was shown before. Of what is ``foretold`` of the runs all have their mean."""
+    what was shown before. Of what is ``foretold`` of the runs all have their mean.
+
+    None where none of them moves: what a model foretells of such runs would be taken for how they differ.
+    """
     columns = [experiments[k].observed[channel] for k in protocol.recordings]
     step = max(float(np.median(np.diff(o.time))) for o in columns)
     since = [o.time - begin for o, begin in zip(columns, protocol.begins, strict=True)]
@@ -103,6 +106,8 @@ def side_by_side(
         first = max(first, -BEFORE)  # at rest before: nothing that could differ
     time = np.arange(first, last, step)
     values = np.stack([np.interp(time, t, o.value) for t, o in zip(since, columns, strict=True)])
+    if not np.ptp(values, axis=1).any():
+        return None
     if foretold:
         shown = [foretold[k][channel] for k in protocol.recordings]
         expected = np.stack([np.interp(time, t, column) for t, column in zip(since, shown, strict=True)])
@@ -148,7 +153,10 @@ def _own_gain(values: Array) -> Array:
         gains = np.array(
             [np.linalg.lstsq(np.stack([course, np.ones_like(course)], axis=1), v, rcond=None)[0] for v in values]
         )
-        better = gains[:, 0] @ (values - gains[:, 1:]) / float(np.sum(gains[:, 0] ** 2))
+        size = float(np.sum(gains[:, 0] ** 2))
+        if size == 0.0:  # runs that cancel each other have no course in common
+            break
+        better = gains[:, 0] @ (values - gains[:, 1:]) / size
         if _rms(better - course) < 1e-9 * _rms(better - np.mean(better)):
             break
         course = better
