@@ -70,6 +70,15 @@ def test_what_a_model_says_that_runs_differ_by_is_no_want_of_repetition():
     assert as_they_are.plain > 0.02 and beside.plain < 0.1 * as_they_are.plain
 
 
+@pytest.mark.parametrize('ended', [0.0, 17.0, 20.5])
+def test_a_channel_that_ended_before_the_heating_is_not_compared_and_ends_nothing(ended):
+    made = [run(0.7, seed=k) for k in range(2)]
+    (seen,) = made[0].observed.values()
+    cut = seen.only(seen.time <= ended)
+    made = [replace(e, observed={**e.observed, 'temperature': o}) for e, o in zip(made, (cut, seen), strict=True)]
+    assert list(between_runs(made)) == ['displacement']
+
+
 def test_a_channel_that_does_not_move_is_not_compared_whatever_a_model_foretells_of_it():
     made = [run(0.7, seed=k) for k in range(2)]
     (seen,) = made[0].observed.values()

@@ -17,6 +17,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 BEFORE = 2.0  # s before the switch, from which runs are compared
 SCALES = (2.0, 10.0)  # s: quicker than the first, between them, slower than the last
 _MOSTLY = 0.5  # of a variance
+_LEAST = 10  # instants since the switch that runs have in common
 
 
 @dataclass(frozen=True)
@@ -96,9 +97,12 @@ def side_by_side(
     """Instants (s) from the switch on, and a channel of each run at them, shape (runs, n); a zero that is the rig's is
     what was shown before. Of what is ``foretold`` of the runs all have their mean.
 
-    None where none of them moves: what a model foretells of such runs would be taken for how they differ.
+    None where a run of the channel ended before the switch or hardly after it, and where none of them moves: what a
+    model foretells of such runs would be taken for how they differ.
     """
     columns = [experiments[k].observed[channel] for k in protocol.recordings]
+    if min(o.time.size for o in columns) < _LEAST:
+        return None
     step = max(float(np.median(np.diff(o.time))) for o in columns)
     since = [o.time - begin for o, begin in zip(columns, protocol.begins, strict=True)]
     first, last = max(float(t[0]) for t in since), min(float(t[-1]) for t in since)
@@ -106,7 +110,7 @@ def side_by_side(
         first = max(first, -BEFORE)  # at rest before: nothing that could differ
     time = np.arange(first, last, step)
     values = np.stack([np.interp(time, t, o.value) for t, o in zip(since, columns, strict=True)])
-    if not np.ptp(values, axis=1).any():
+    if np.count_nonzero(time > 0.0) < _LEAST or not np.ptp(values, axis=1).any():
         return None
     if foretold:
         shown = [foretold[k][channel] for k in protocol.recordings]
