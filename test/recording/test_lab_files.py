@@ -544,6 +544,19 @@ def test_a_column_that_does_not_read_is_left_out_and_said_to_be(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ('written', 'unit'),
+    [
+        *[(megohms, None) for megohms in ('MOhm', 'Mohm', 'MOhms', 'M Ohm', 'MOHM', 'MOHMS', 'MΩ')],
+        *[(milliohms, 'mohm') for milliohms in ('mOhm', 'mohms', 'Milliohm', 'MILLIOHM', 'mΩ')],
+        *[(kilohms, 'kohm') for kilohms in ('kOhm', 'KOHM', 'KΩ')],
+        *[('MA', 'mA'), ('OHMS', 'ohm')],
+    ],
+)
+def test_the_case_of_a_unit_is_forgiven_but_for_megohms_which_are_no_milliohms(written, unit):
+    assert meaning(f'resistance ({written})' if written != 'MA' else 'current (MA)').unit == unit
+
+
+@pytest.mark.parametrize(
     'heads',
     [
         'Time (s)   Current (A)   Temp (C)',

@@ -1,5 +1,6 @@
 """How labs write units: to the names of ``units.UNITS``."""
 
+import re
 import unicodedata
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -43,12 +44,17 @@ WRITTEN: Mapping[str, str] = MappingProxyType(
 )
 
 
+_MEGOHM = re.compile('M(?i:ohms?)')
+
+
 def unit_named(text: str) -> str | None:
     """The unit that a text is, as 'Deg. C', '［ｍｍ］' or 'mΩ'; None where it is none."""
     plain = unicodedata.normalize('NFKC', text).replace('Ω', 'Ω').strip()
     if len(plain) > 1 and plain[0] in '[(<{' and plain[-1] in '])>}':
         plain = plain[1:-1]
     plain = plain.replace(' ', '').replace('.', '')
-    capitals = plain.lower() if len(plain) > 1 and plain.isupper() and plain != 'MOHM' else plain  # MA of a printer
+    if _MEGOHM.fullmatch(plain):  # no lower case of it is one either
+        return None
+    capitals = plain.lower() if len(plain) > 1 and plain.isupper() else plain  # MA of a printer
     lower = plain[:1].lower() + plain[1:] if len(plain) > 3 else plain
     return WRITTEN.get(plain) or WRITTEN.get(lower) or WRITTEN.get(capitals)
