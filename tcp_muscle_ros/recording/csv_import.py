@@ -111,7 +111,8 @@ class _Table:
 
     def __init__(self, path: Path, layout: Layout) -> None:
         self.path, self.layout = path, layout
-        rows = [row for row in grid_of(path, layout).rows if not row.blank]
+        grid = grid_of(path, layout)
+        rows = [row for row in grid.rows if not row.blank]
         if len(rows) < 2:
             raise BadInput(f'{path}: no data: expected a row of headings and rows of numbers')
         if layout.headings is None and all(is_value(cell) for cell in rows[0].cells if cell):
@@ -131,6 +132,7 @@ class _Table:
             self.rows = [row for row in self.rows if column < len(row.cells) and row.cells[column] == text]
         if not self.rows:
             raise BadInput(f'{path}: no rows from {first} to {last} as its map says')
+        self.notes = grid.notes if self.rows[-1] is rows[-1] else ()  # of the run at the end of the file
 
     def find(self, source: ColumnSource, where: str) -> int:
         """The index of a column."""
@@ -194,7 +196,7 @@ def _cells(rows: Sequence[Row], column: int) -> list[str]:
 
 
 def _recording(run: Run, table: _Table) -> Recording:
-    notes: list[str] = []
+    notes = list(table.notes)
     began = 0.0
     if isinstance(run.time, float):
         lasts = run.time * (len(table.rows) - 1)

@@ -544,6 +544,42 @@ def test_a_column_that_does_not_read_is_left_out_and_said_to_be(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ('line', 'cell', 'last', 'rows'),
+    [
+        ('{k},0.2,{T}', '{:.2f}', '30,0.2,3', 30),
+        ('{k},0.2,{T}', '{:.2f}', '30,0.2,32.', 30),
+        ('{k},0.2,{T}', '{:.2f}', '30,0.2,32.8', 30),
+        ('{k},0.2,{T}', '{:.3e}', '30,0.2,3.285e+0', 30),
+        ('{k};0,2;{T}', '{:.2f}', '30;0,2;3', 30),
+        ('{k} 0.2 {T}', '{:.2f}', '30 0.2 3', 30),
+        ('t:{k} I:0.2 T:{T}', '{:.2f}', 't:30 I:0.2 T:3', 30),
+        ('{k},0.2,{T}', '{:.2f}', '30,0.2', 30),
+        ('{k},0.2,{T}', '{:.2f}', '30,0.2,32.85', 31),  # what is not torn
+        ('{k},0.2,{T}', '{:.2f}', '30,0.2,9.85', 31),
+        ('{k},0.2,{T}', '{:.3g}', '30,0.2,33', 31),
+        ('{k},0.2,{T}', '{:.0f}', '30,0.2,9', 31),
+    ],
+)
+def test_a_last_line_that_ends_within_a_number_is_left_out_and_said_to_be(tmp_path, line, cell, last, rows):
+    written = [line.format(k=k, T=cell.format(23.0 + k / 4.0)) for k in range(30)]
+    if ';' in line:
+        written = [row.replace('.', ',') for row in written]
+    heads = [] if ':' in line else [line.format(k='t_s', T='T_degC').replace('0.2', 'I_A').replace('0,2', 'I_A')]
+    (tmp_path / 'run.csv').write_text('\n'.join([*heads, *written, last]))
+    (recording,) = imported(tmp_path / 'run.csv', tmp_path)
+    assert len(recording['temperature']) == rows
+    assert ('the last line ends within a number' in ' '.join(recording.notes)) == (rows == 30)
+
+
+def test_only_the_run_at_the_end_of_a_file_is_said_to_end_within_a_number(tmp_path):
+    rows = [f'{k},{23 + k / 4:.2f}' for k in range(30)]
+    (tmp_path / 'run.csv').write_text('\n'.join(['t_s,T_degC', *rows, 'reset', 't_s,T_degC', *rows, '30,3']))
+    first, second = imported(tmp_path / 'run.csv', tmp_path)
+    assert len(first['temperature']) == len(second['temperature']) == 30
+    assert first.notes == () and 'ends within a number' in second.notes[0]
+
+
+@pytest.mark.parametrize(
     ('written', 'unit'),
     [
         *[(megohms, None) for megohms in ('MOhm', 'Mohm', 'MOhms', 'M Ohm', 'MOHM', 'MOHMS', 'MΩ')],

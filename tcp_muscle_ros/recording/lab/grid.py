@@ -19,10 +19,11 @@ class Row:
 
 @dataclass(frozen=True)
 class Grid:
-    """One sheet of a file; a text file has one, without a name."""
+    """One sheet of a file; a text file has one, without a name. ``notes``: what was left out at its end."""
 
     rows: tuple[Row, ...]
     sheet: str = ''
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ They become tables with a column for each name, sorted by time.
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tcp_muscle_ros.recording.lab.cells import is_value, number, stamp
 from tcp_muscle_ros.recording.lab.grid import Grid, Row
@@ -63,7 +63,7 @@ def wide(grid: Grid, form: LongForm) -> Grid:
         Row(k, (time, *(found[time][1].get(each, '') for each in names)))
         for k, time in enumerate(_sorted(list(found)), heads.number + 1)
     ]
-    return Grid((Row(0, (form.time, *names)), *rows), grid.sheet)
+    return replace(grid, rows=(Row(0, (form.time, *names)), *rows))
 
 
 def _sorted(times: Sequence[str]) -> list[str]:

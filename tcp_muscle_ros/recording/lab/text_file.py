@@ -31,7 +31,9 @@ _PAIR = re.compile(  # the number with what stands straight after it: its unit
 )
 # The stamp that a serial monitor puts before each line.
 _MONITOR = re.compile(r'(\d{1,2}:\d{2}:\d{2}[.,]\d+)\s*->\s?')
-_ENOUGH = 400  # lines, to tell the separator from
+_ENOUGH = 400  # lines, to tell the separator from, and how a column is written
+_LEAST = 20  # numbers of a column, from which one that is written otherwise is told
+_TORN = 'the last line ends within a number or before its last cell: left out'
 
 
 def encoding_of(raw: bytes, path: Path) -> str:
@@ -106,15 +108,37 @@ def _score(lines: list[str], separator: str) -> float:
 def read_grid(path: Path, encoding: str, separator: str) -> Grid:
     """A text file as rows of cells."""
     lines = read_lines(path, encoding)
-    torn = lines[-1] != ''
     if separator == JSON:
         return Grid(tuple(_named(_objects(lines, path))))
     if separator == PAIRS:
-        return Grid(tuple(_named((number_, _pairs(line)) for number_, line in enumerate(lines, 1) if _is_pairs(line))))
-    rows = list(_split(lines, separator))
-    if torn and len(rows) > 2 and len(rows[-1].cells) < len(rows[-2].cells):
+        rows = list(_named((number_, _pairs(line)) for number_, line in enumerate(lines, 1) if _is_pairs(line)))
+    else:
+        rows = list(_split(lines, separator))
+    torn = lines[-1] != '' and len(rows) > 2 and _is_torn(rows)
+    if torn:
         rows.pop()
-    return Grid(tuple(with_fitting_headings(rows, lines, separator == SPACES)))
+    if separator != PAIRS:
+        rows = with_fitting_headings(rows, lines, separator == SPACES)
+    return Grid(tuple(rows), notes=(_TORN,) if torn else ())
+
+
+def _is_torn(rows: list[Row]) -> bool:
+    """Was the last row torn, in a file that ends within a line? Many sound files do.
+
+    It has fewer cells than the row before, or its last number has fewer places behind the decimal mark than any other
+    of its column. Of whole numbers nothing tells whether all digits are there.
+    """
+    *before, last = rows
+    if len(last.cells) < len(before[-1].cells):
+        return True
+    k = max((k for k, cell in enumerate(last.cells) if cell), default=0)
+    alike = [row.cells[k] for row in before[-_ENOUGH:] if len(row.cells) == len(last.cells) and is_value(row.cells[k])]
+    return len(alike) >= _LEAST and _places(last.cells[k]) < min(map(_places, alike))
+
+
+def _places(cell: str) -> int:
+    """The characters behind the decimal mark: 2 of 32.85, 0 of 32."""
+    return len(cell) - 1 - mark if (mark := max(cell.rfind('.'), cell.rfind(','))) >= 0 else 0
 
 
 def _split(lines: list[str], separator: str) -> Iterator[Row]:
