@@ -112,9 +112,9 @@ def _unit(channel: str, found: Meaning) -> str:
 
 def _numbers(frame: 'pd.DataFrame', column: str, found: Meaning) -> Array:
     value: Array = np.asarray(frame[column], dtype=np.float64)
-    if found.kind in ('length', 'elongation'):
-        value = (value[0] if found.kind == 'length' else 0.0) - value
-    return value
+    if found.kind == 'length':
+        return value[np.isfinite(value)][:1] - value
+    return -value if found.kind == 'elongation' else value
 
 
 def _channel_of(column: str, found: Meaning) -> str | None:

@@ -47,6 +47,13 @@ def test_columns_as_a_lab_names_them_and_stamps():
     np.testing.assert_allclose(recording['current'].time, [0, 0.5, 1.5])
 
 
+def test_a_length_shrinks_from_its_first_number():
+    frame = pd.DataFrame({'length_mm': [np.nan, 100.0, 99.0, np.nan, 98.0]}, index=[0.0, 1, 2, 3, 4])
+    displacement = of_frame(frame)['displacement']
+    np.testing.assert_allclose(displacement.value, [0, 1e-3, 2e-3], atol=1e-12)
+    np.testing.assert_allclose(displacement.time, [1, 2, 4])
+
+
 @pytest.mark.parametrize(
     ('columns', 'said'),
     [
