@@ -66,7 +66,7 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
 
     channels  NAME -> column, where a column's name does not say it
 
-    BadInput: no column is a channel, two are the same, one is missing, or the time does not rise.
+    BadInput: no column is a channel, two are the same, one is missing or has no number, or the time does not rise.
     """
     chosen = _chosen(frame, name, channels or {})
     meanings = {str(column): meaning(str(column)) for column in frame.columns}
@@ -83,7 +83,7 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
         if channel in taken:
             raise BadInput(f"{name}: two columns are {channel}, the second is '{column}'; expected one")
         units[channel] = _unit(channel, found)
-        value = UNITS[units[channel]].to_si(_numbers(frame, column, found))
+        value = UNITS[units[channel]].to_si(_numbers(frame, column, found, name))
         finite = np.isfinite(value)
         taken[channel] = Channel(channel, time[finite], value[finite], column)
     if not taken:
@@ -110,10 +110,13 @@ def _unit(channel: str, found: Meaning) -> str:
     return found.unit if found.unit and UNITS[found.unit].quantity == UNITS[own].quantity else own
 
 
-def _numbers(frame: 'pd.DataFrame', column: str, found: Meaning) -> Array:
+def _numbers(frame: 'pd.DataFrame', column: str, found: Meaning, name: str) -> Array:
     value: Array = np.asarray(frame[column], dtype=np.float64)
+    known = value[np.isfinite(value)]
+    if not known.size:
+        raise BadInput(f"{name}: no number in column '{column}'; expected some, or the frame without it")
     if found.kind == 'length':
-        return value[np.isfinite(value)][:1] - value
+        return known[0] - value
     return -value if found.kind == 'elongation' else value
 
 

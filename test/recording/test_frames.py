@@ -60,6 +60,8 @@ def test_a_length_shrinks_from_its_first_number():
         ({'t': [0, 1], 'note': ['a', 'b']}, 'no column is a channel'),
         ({'t': [0, 0], 'T (C)': [1, 2]}, 'does not increase'),
         ({'t': [0, 1], 'T (C)': [1, 2], 'temp_degC': [1, 2]}, 'two columns are temperature'),
+        ({'t': [0, 1], 'T (C)': [1, 2], 'I (A)': [None, None]}, "no number in column 'I \\(A\\)'"),
+        ({'t': [0, 1], 'T (C)': [1, 2], 'L (mm)': [np.nan, np.inf]}, "no number in column 'L \\(mm\\)'"),
         ({'t': ['x', 'y'], 'T (C)': [1, 2]}, 'expected seconds'),
     ],
 )
