@@ -66,12 +66,13 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
 
     channels  NAME -> column, where a column's name does not say it
 
-    BadInput: no column is a channel, two are the same, one is missing or has no number, or the time does not rise.
+    BadInput: no column is a channel, two are the same, one is missing or not of numbers, or the time does not rise.
     """
     chosen = _chosen(frame, name, channels or {})
     meanings = {str(column): meaning(str(column)) for column in frame.columns}
     named = [column for column, found in meanings.items() if found.kind == 'time']
-    time = _seconds(frame[named[0]] if named else frame.index, meanings[named[0]].unit if named else None, name)
+    times = _the_one(frame, named[0], name) if named else frame.index
+    time = _seconds(times, meanings[named[0]].unit if named else None, name)
     taken: dict[str, Channel] = {}
     units: dict[str, str] = {}
     for column, found in meanings.items():
@@ -111,13 +112,25 @@ def _unit(channel: str, found: Meaning) -> str:
 
 
 def _numbers(frame: 'pd.DataFrame', column: str, found: Meaning, name: str) -> Array:
-    value: Array = np.asarray(frame[column], dtype=np.float64)
-    known = value[np.isfinite(value)]
+    cells = _the_one(frame, column, name)
+    try:
+        value: Array = np.asarray(cells, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise BadInput(f"{name}: column '{column}' is not all numbers ({error})") from None
+    known = np.flatnonzero(np.isfinite(value))
     if not known.size:
         raise BadInput(f"{name}: no number in column '{column}'; expected some, or the frame without it")
-    if found.kind == 'length':
-        return known[0] - value
-    return -value if found.kind == 'elongation' else value
+    if found.kind in ('length', 'elongation'):
+        value = (value[known[0]] if found.kind == 'length' else 0.0) - value
+    return value
+
+
+def _the_one(frame: 'pd.DataFrame', column: str, name: str) -> 'pd.Series':
+    """The column of this name; BadInput where there are two."""
+    found = frame[column]
+    if found.ndim > 1:
+        raise BadInput(f"{name}: {found.shape[1]} columns are named '{column}'; expected one")
+    return found
 
 
 def _channel_of(column: str, found: Meaning) -> str | None:

@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -62,9 +64,19 @@ def test_a_length_shrinks_from_its_first_number():
         ({'t': [0, 1], 'T (C)': [1, 2], 'temp_degC': [1, 2]}, 'two columns are temperature'),
         ({'t': [0, 1], 'T (C)': [1, 2], 'I (A)': [None, None]}, "no number in column 'I \\(A\\)'"),
         ({'t': [0, 1], 'T (C)': [1, 2], 'L (mm)': [np.nan, np.inf]}, "no number in column 'L \\(mm\\)'"),
+        ({'t': [0, 1], 'T (C)': [1, 2], 'I (A)': [0.2, 'OL']}, "column 'I \\(A\\)' is not all numbers .*'OL'"),
+        ({'t': [0, 1], 'T (C)': [1, [2]]}, "column 'T \\(C\\)' is not all numbers"),
         ({'t': ['x', 'y'], 'T (C)': [1, 2]}, 'expected seconds'),
     ],
 )
 def test_what_is_no_recording_is_refused(columns, said):
     with pytest.raises(BadInput, match=said):
         of_frame(pd.DataFrame(columns))
+
+
+@pytest.mark.parametrize('twice', ['t', 'T (C)'])
+def test_two_columns_of_one_name_are_refused_where_they_are_read(twice):
+    frame = pd.DataFrame({'t': [0, 1], 'T (C)': [1, 2], 'note': ['a', 'b']})
+    with pytest.raises(BadInput, match=f"2 columns are named '{re.escape(twice)}'; expected one"):
+        of_frame(pd.concat([frame, frame[[twice]]], axis=1))
+    assert list(of_frame(pd.concat([frame, frame[['note']]], axis=1))) == ['temperature']
