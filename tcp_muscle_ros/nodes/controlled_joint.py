@@ -20,6 +20,8 @@ from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS
 from tcp_muscle_ros.settings.operating import JOINT
 
 _STIFFEST = 1000.0  # N m/rad, that may be asked for
+_MISSED = 0.01  # rad from its setpoint, with a muscle at its limit
+_PATIENCE = 10.0  # s; from cold, a muscle is at its limit for nearly as long on its way to an angle that it reaches
 
 
 def _side(settings: Settings) -> Side:
@@ -50,6 +52,8 @@ class ControlledJoint:
         self.setpoint: float | None = None  # rad
         self.angle: float | None = None  # rad, measured
         self._idle = 'no setpoint yet'  # why its muscles are told nothing; '' while they are
+        self._short = ''  # said of a setpoint that is not reached
+        self._short_since: float | None = None
         self.apply(settings)
         # What is still to be compiled is compiled before the first tick.
         self._control.update(0.0, 0.0, 0.0, (0.0, 0.0), (agonist.ambient, antagonist.ambient), stiffness=0.0)
@@ -125,6 +129,7 @@ class ControlledJoint:
 
         ``hold``: what is known to pull at the joint.
         """
+        self._find_shortfall(now)
         agonist, antagonist = self._pair
         agonist.partner_stopped, antagonist.partner_stopped = antagonist.stopped, agonist.stopped
         one, two = agonist.tension(now), antagonist.tension(now)
@@ -149,6 +154,24 @@ class ControlledJoint:
         for muscle, temperature in zip(self._pair, wanted, strict=True):
             muscle.aim(temperature)
 
+    def _limiting(self) -> str:
+        """Which muscle can pull no harder while the setpoint is not reached; '' where none is asked to."""
+        if self.setpoint is None or self.angle is None or abs(self.setpoint - self.angle) <= _MISSED:
+            return ''
+        muscle = self._pair[self.setpoint < self.angle]  # the one that turns it towards the setpoint
+        return f'{muscle.name} {muscle.at_limit}' if muscle.at_limit else ''
+
+    def _find_shortfall(self, now: float) -> None:
+        limiting = self._limiting()
+        if not limiting:
+            self._short_since = None
+        elif self._short_since is None:
+            self._short_since = now
+        patient = self._short_since is None or now - self._short_since < _PATIENCE
+        self._short = (
+            '' if patient else f'setpoint {self.setpoint:.4g} rad is not reached: {self.angle:.4g} rad, {limiting}'
+        )
+
     # Diagnostics
 
     def status(self) -> DiagnosticStatus:
@@ -161,9 +184,9 @@ class ControlledJoint:
             'stiffness_n_m_per_rad': self._control.stiffness if driven else None,
         }
         return DiagnosticStatus(
-            level=DiagnosticStatus.OK if driven else DiagnosticStatus.WARN,
+            level=DiagnosticStatus.OK if driven and not self._short else DiagnosticStatus.WARN,
             name=f'{self._node.get_fully_qualified_name()}/{self.name}',
-            message=self._idle or 'driven',
+            message=self._idle or self._short or 'driven',
             hardware_id=self.name,
             values=[KeyValue(key=key, value=number(value)) for key, value in facts.items()],
         )

@@ -238,6 +238,14 @@ class ControlledMuscle(SafeMuscle):
         state = self.safety.state
         return f'{self.name} is stopped: {state.value}' if state in (State.FAULT, State.DISABLED) else ''
 
+    @property
+    def at_limit(self) -> str:
+        """Which limit keeps it from pulling harder; '' where none does."""
+        command, most = self._command, self.settings['current_limit_a']
+        if self.silent or command is None or command.current < 0.99 * min(most, command.highest_current):
+            return ''
+        return 'at its current limit' if most <= command.highest_current else 'at its temperature limit'
+
     def aim(self, temperature: float) -> None:
         """Be so warm (K) under the tension that it has: as a displacement, which is what the controller takes."""
         if self._load is not None:

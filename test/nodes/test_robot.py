@@ -1,5 +1,6 @@
 """The finger in MuJoCo behind the topics: joint commands in, joint states and pictures out, and 0 A in the end."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 pytest.importorskip('mujoco', reason="needs MuJoCo (extra 'mujoco', Python 3.11 and later)")
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import Image, JointState, Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
@@ -82,6 +84,40 @@ def test_it_goes_where_it_is_told_is_seen_and_ends_without_current(bench):
     nodes[1].kill()
     bench.until(lambda: all(heard.last.data == 0.0 for heard in currents.values()), 'current without a controller')
     assert nodes[0].end(2) == 0, nodes[0].said()
+
+
+def test_a_setpoint_beyond_the_ball_is_said_not_to_be_reached_and_the_documents_is(bench):
+    file = ['--params-file', str(FINGER)]
+    nodes = [bench.start(name, 'finger', *file) for name in ('sim_node', 'controller_node')]
+    states, diagnostics = (
+        bench.listen('/finger/joint_states', JointState),
+        bench.listen('/diagnostics', DiagnosticArray),
+    )
+    command = bench.speaker('/finger/joint_commands', JointState)
+
+    def angle():
+        return states.last.position[states.last.name.index('knuckle')] if states else 9.0
+
+    def status():
+        found = [s for _, array in list(diagnostics)[-20:] for s in array.status if s.name.endswith('node/knuckle')]
+        return found[-1] if found else DiagnosticStatus()
+
+    def told(text):
+        names, position = re.search(r"JointState '{name: \[(.*?)\], position: \[(.*?)\]}'", text).groups()
+        return JointState(name=names.split(', '), position=[float(each) for each in position.split(', ')])
+
+    with bench.repeating(command, JointState(name=JOINTS, position=[0.3, 0.5]), rate=20.0):
+        bench.until(lambda: 'is not reached' in status().message, 'not said', 60.0)
+        assert re.fullmatch(
+            r'setpoint 0\.3 rad is not reached: 0\.0[67]\d* rad, knuckle_flexor at its current limit', status().message
+        )
+        assert status().level == DiagnosticStatus.WARN
+    document = told((ROOT / 'docs' / 'robots.md').read_text(encoding='utf-8'))
+    with bench.repeating(command, document, rate=20.0):
+        wanted = document.position[document.name.index('knuckle')]
+        bench.until(lambda: abs(angle() - wanted) < 0.002, "the document's setpoint is not reached", 60.0)
+        bench.until(lambda: status().message == 'driven' and status().level == DiagnosticStatus.OK, 'still said', 5.0)
+    assert [node.end(2) for node in nodes] == [0, 0]
 
 
 @pytest.mark.parametrize(
