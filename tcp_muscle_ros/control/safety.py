@@ -21,6 +21,8 @@ from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS
 ABSURD = 1e3  # A, W or V: more is no wish for a muscle of some ohm but a wrong unit or a broken message
 REPEATED = 2  # times the same before a value can be called frozen
 STILL = 1.0  # s, a model that moves by less than a quantum for so long has come to rest
+ASKED, FLOWS = 0.02, 0.005  # A: so much is asked for, and less than that flows: nothing does
+UNTAKEN = 1.0  # s, twice a receiver's watchdog: who is still being discovered has heard the command by then
 
 
 class State(Enum):
@@ -368,6 +370,29 @@ class FeedbackWatch:
             self._predicted_then = predicted
             return False
         return self._frozen or (moved and self._repeated >= REPEATED)
+
+
+class CurrentWatch:
+    """Whether the current that is asked for flows: its receiver may be disabled, or in a fault, without a word.
+
+    It does not once at least ``ASKED`` was asked for and less than ``FLOWS`` was applied for ``UNTAKEN`` s, until it
+    flows again or nobody says any more what does. While less is asked for, nothing is concluded.
+    """
+
+    def __init__(self) -> None:
+        self.untaken = False
+        self._since: float | None = None
+
+    def update(self, now: float, asked: float, applied: float | None) -> None:
+        """``now`` steady time, s; ``asked`` A; ``applied`` A, measured; None where that is not known."""
+        if applied is None or applied >= FLOWS:
+            self._since, self.untaken = None, False
+        elif asked < ASKED:
+            self._since = None
+        elif self._since is None:
+            self._since = now
+        elif now - self._since > UNTAKEN:
+            self.untaken = True
 
 
 class _Forward:

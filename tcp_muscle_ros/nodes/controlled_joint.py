@@ -36,7 +36,7 @@ def _side(settings: Settings) -> Side:
 class ControlledJoint:
     """Hears ``<name>/angle``, ``<name>/angle_setpoint`` (rad) and ``<name>/cocontraction_setpoint`` (N, both tensions'
     mean) or ``<name>/stiffness_setpoint`` (N m/rad), of which the later counts; each is held until the next. Where a
-    muscle is stopped by a fault or disabled, so is the other.
+    muscle is stopped by a fault or disabled, here or where its current is applied, so is the other.
     """
 
     def __init__(
@@ -132,13 +132,14 @@ class ControlledJoint:
         self._find_shortfall(now)
         agonist, antagonist = self._pair
         agonist.partner_stopped, antagonist.partner_stopped = antagonist.stopped, agonist.stopped
+        agonist.partner_refuses, antagonist.partner_refuses = antagonist.refuses, agonist.refuses
         one, two = agonist.tension(now), antagonist.tension(now)
         if self.setpoint is None or self.angle is None:
             self._idle = 'no setpoint yet' if self.setpoint is None else 'no angle yet'
             self._control.reset()
             return
         if one is None or two is None or agonist.silent or antagonist.silent:
-            self._idle = 'a muscle is stopped or not measured'
+            self._idle = agonist.refuses or antagonist.refuses or 'a muscle is stopped or not measured'
             self._control.reset()
             return
         self._idle = ''

@@ -10,7 +10,7 @@ from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.handover import Handover
 from tcp_muscle_ros.control.inverse import Inverse
-from tcp_muscle_ros.control.safety import FeedbackWatch, Limits, State
+from tcp_muscle_ros.control.safety import ASKED, CurrentWatch, FeedbackWatch, Limits, State
 from tcp_muscle_ros.control.tracking import Command, TrackingController
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.muscle.family import not_stated
@@ -99,7 +99,8 @@ class ControlledMuscle(SafeMuscle):
     drop what it holds. Without live feedback the current is 0 (or ``probe_current_a``) and what the controller had
     learnt is forgotten; it begins again where the muscle then is.
 
-    ``on_joint``: a joint says how long it is and how warm it is to be, and its load is the tension that it shows.
+    ``on_joint``: a joint says how long it is and how warm it is to be, and its load is the tension that it shows. A
+    current that its receiver does not take stops the joint; a small one is asked for meanwhile, to see when it does.
     """
 
     node: ControlHome
@@ -115,6 +116,8 @@ class ControlledMuscle(SafeMuscle):
         self._load: float | None = None  # N
         self._temperature, self._current, self._tension = (Latest(node.seconds) for _ in range(3))
         self.partner_stopped = ''  # why the other muscle of the joint pulls no more
+        self.partner_refuses = ''  # the same, but it is asked
+        self._taking = CurrentWatch()
         self._command: Command | None = None
         self._lost = 'no feedback yet'
         self._controller = make_handover(settings)
@@ -239,6 +242,11 @@ class ControlledMuscle(SafeMuscle):
         return f'{self.name} is stopped: {state.value}' if state in (State.FAULT, State.DISABLED) else ''
 
     @property
+    def refuses(self) -> str:
+        """Why its receiver lets nothing flow of what is asked for; '' where it does."""
+        return f'{self.name} does not take its current: disabled or in fault' if self._taking.untaken else ''
+
+    @property
     def at_limit(self) -> str:
         """Which limit keeps it from pulling harder; '' where none does."""
         command, most = self._command, self.settings['current_limit_a']
@@ -268,6 +276,7 @@ class ControlledMuscle(SafeMuscle):
     def work(self, dt: float, now: float, publish: bool) -> None:
         """Ask the controller, then the safety machine, and publish what remains."""
         temperature = self._temperature.fresh(now, self._watch.timeout)
+        self._taking.update(now, self.safety.current, self._current.fresh(now, self._watch.timeout))
         lost, self._lost = self._lost, self._problem(now)
         if lost and not self._lost:
             self._begin_anew()  # nobody saw what the muscle did meanwhile
@@ -282,11 +291,11 @@ class ControlledMuscle(SafeMuscle):
             )
             if self._lost or not self.safety.state.lets_flow:
                 self._controller.reset()
-            self.safety.command(self.settings['probe_current_a'] if self._lost else self._command.current, now)
-        elif self._probes():
-            self.safety.command(self.settings['probe_current_a'], now)
+            self.safety.command(self._probe() if self._lost else self._command.current, now)
+        elif self._probe() > 0.0:
+            self.safety.command(self._probe(), now)
         model = None if self._command is None else self._command.predicted_temperature
-        silent = '' if self._setpoint is None or self._probes() else self._lost
+        silent = '' if self._setpoint is None or self._probe() > 0.0 else self._lost
         current = self.safety.update(now, dt, temperatures=(temperature, model), silent=silent)
         if publish:
             self._publish(current)
@@ -305,7 +314,7 @@ class ControlledMuscle(SafeMuscle):
         silent = self._watch.problem(now, None) or self.partner_stopped
         if not silent and self.tension(now) is None:
             return f'no force for {self._watch.timeout:g} s'
-        return silent
+        return silent or self.refuses or self.partner_refuses
 
     def _measurement(self) -> dict[str, float]:
         # The model controller fills the gaps between samples itself; a PID holds the last one.
@@ -325,13 +334,13 @@ class ControlledMuscle(SafeMuscle):
             return self._command.expected_displacement
         return self._command.expected_resistance
 
-    def _probes(self) -> bool:
-        return (
-            bool(self._lost)
-            and self._setpoint is not None
-            and self._feedback == 'resistance'
-            and self.settings['probe_current_a'] > 0.0
-        )
+    def _probe(self) -> float:
+        """A, that flows although nothing may be built on the feedback; 0 where none does."""
+        if not self._lost or self._setpoint is None:
+            return 0.0
+        if self._lost == self.refuses:
+            return ASKED
+        return float(self.settings['probe_current_a']) if self._feedback == 'resistance' else 0.0
 
     def _publish(self, current: float) -> None:
         self._current_command.send(current)
@@ -347,7 +356,7 @@ class ControlledMuscle(SafeMuscle):
 
     def worries(self) -> Iterable[str]:
         """What keeps it from working, beside safety."""
-        if self._probes():
+        if self._probe() > 0.0:
             yield f'{self._lost}, probing'
         elif self._lost and self._setpoint is None:
             yield self._lost

@@ -7,7 +7,17 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from tcp_muscle_ros.control.safety import ABSURD, FeedbackWatch, Kind, Limits, Safety, State
+from tcp_muscle_ros.control.safety import (
+    ABSURD,
+    ASKED,
+    UNTAKEN,
+    CurrentWatch,
+    FeedbackWatch,
+    Kind,
+    Limits,
+    Safety,
+    State,
+)
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS
 
@@ -278,6 +288,27 @@ def test_feedback_is_lost_after_its_timeout_and_comes_back():
     assert watch.problem(0.22, 0.0) != ''
     watch.receive(0.001, 0.23)
     assert watch.problem(0.23, 0.0) == ''
+
+
+def watched(asked, applied, seconds, watch=None, begin=0.0):
+    """The watch after so many seconds of the same."""
+    watch = watch or CurrentWatch()
+    for k in range(round(seconds / PERIOD) + 1):
+        watch.update(begin + k * PERIOD, asked, applied)
+    return watch
+
+
+def test_a_current_that_is_not_taken_is_noticed_and_that_it_is_again():
+    assert not watched(0.27, 0.0, UNTAKEN - 2 * PERIOD).untaken, 'its receiver may still be discovered'
+    watch = watched(0.27, 0.001, UNTAKEN + 2 * PERIOD)
+    assert watch.untaken, 'noise is no current'
+    assert watched(0.0, 0.0, 5.0, watch, 2.0).untaken, 'nothing is asked for: nothing is known'
+    assert not watched(ASKED, ASKED, PERIOD, watch, 8.0).untaken
+
+
+@pytest.mark.parametrize(('asked', 'applied'), [(0.0, 0.0), (0.5 * ASKED, 0.0), (0.27, 0.05), (0.27, None)], ids=str)
+def test_little_that_is_asked_a_lower_limit_or_nobody_who_says_it_are_no_refusal(asked, applied):
+    assert not watched(asked, applied, 5.0).untaken
 
 
 def test_a_frozen_value_is_found_when_the_model_has_moved_by_more_than_five_quanta():

@@ -301,6 +301,37 @@ def test_two_muscles_bring_a_joint_to_an_angle_with_a_co_contraction_and_stop_wi
 
 
 @pytest.mark.processes
+def test_a_joint_stops_while_a_muscle_does_not_take_its_current_and_goes_on_when_it_does(bench):
+    """Disabled where the current is applied, of which the controller is not told: one muscle, then both."""
+    file = ['--params-file', str(CONFIG / 'antagonist.yaml')]
+    nodes = [bench.start(name, 'cut', *file) for name in ('sim_node', 'controller_node')]
+    angle, diagnostics = bench.listen('/cut/knuckle/angle'), bench.listen('/diagnostics', DiagnosticArray)
+    commands = {name: bench.listen(f'/cut/{name}/current_command') for name in ('flexor', 'extensor')}
+    setpoint = bench.speaker('/cut/knuckle/angle_setpoint')
+
+    def commanded(**wanted):
+        return all(commands[name] and commands[name].last.data == value for name, value in wanted.items())
+
+    def said(name):
+        found = [s.message for _, a in list(diagnostics)[-20:] for s in a.status if s.name.endswith(f'ler_node/{name}')]
+        return found[-1] if found else ''
+
+    def enable(what, on):
+        assert bench.call(SetBool, f'/cut/sim_node/{what}enable', data=on).success
+
+    setpoint.publish(Float64(data=0.3))
+    bench.until(lambda: angle and abs(angle.last.data - 0.3) < 0.01, 'not reached', 60.0)
+    for what, currents in (('flexor/', {'flexor': 0.02, 'extensor': 0.0}), ('', {'flexor': 0.02, 'extensor': 0.02})):
+        enable(what, False)
+        bench.until(lambda currents=currents: commanded(**currents), 'the joint goes on', 20.0)
+        why = 'flexor does not take its current: disabled or in fault'
+        bench.until(lambda why=why: said('knuckle') == why and why in said('flexor'), 'not said', 5.0)
+        enable(what, True)
+        bench.until(lambda: abs(angle.last.data - 0.3) < 0.01 and said('knuckle') == 'driven', 'it stays', 60.0)
+    assert [node.end(2) for node in nodes] == [0, 0]
+
+
+@pytest.mark.processes
 def test_a_joint_takes_a_stiffness_instead_of_a_co_contraction(bench):
     """By the temperatures and tensions that the muscles then have; whichever of both was asked for last counts."""
     file = ['--params-file', str(CONFIG / 'antagonist.yaml')]
