@@ -1,5 +1,6 @@
 """scripts/setup on machines that cannot be set up: one line that says what to do, and nothing is left behind."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -76,3 +77,24 @@ def test_machine_without_wheels(machine):
     program(machine[1], 'uname', '[ "$1" = -m ] && echo aarch64 || echo Linux')
     program(machine[1], 'python3', f'exec {sys.executable} "$@"')
     assert 'no wheels of ROS 2 for Linux on aarch64: install ROS 2' in said(machine)
+
+
+@pytest.mark.parametrize(('kind', 'kept'), [('run', True), ('test', False)])
+def test_what_the_user_has_exported_counts_for_what_he_runs_and_tests_keep_to_themselves(tmp_path, kind, kept):
+    given = {'ROS_DOMAIN_ID': '177', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET', 'ROS_LOG_DIR': str(tmp_path)}
+    script = (
+        f'source {ROOT}/scripts/setup; find_ros() {{ :; }}; prepare() {{ :; }}; flock() {{ :; }}; root={tmp_path}; '
+    )
+    for environment in (given, {}):
+        done = subprocess.run(
+            ['bash', '-c', script + f'setup {kind}; echo $ROS_DOMAIN_ID $ROS_AUTOMATIC_DISCOVERY_RANGE $ROS_LOG_DIR'],
+            env={'PATH': os.environ['PATH'], **environment},
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        domain, reach, folder = done.stdout.split()
+        if environment and kept:
+            assert (domain, reach, folder) == tuple(given.values())
+        else:
+            assert 1 <= int(domain) <= 101 and reach == 'LOCALHOST' and folder.endswith('.venv/log')
