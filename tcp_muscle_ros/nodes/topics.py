@@ -11,6 +11,7 @@ from copy import copy
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -35,6 +36,7 @@ EVERY_TICK = frozenset(('current', 'voltage', 'temperature', 'displacement', 'fo
 LEASE = 20.0  # s, for which a node that was killed is still believed to be there
 REMEMBERED = LEASE + 5.0  # s, after which one that still stands in the graph lives
 _PROCESS = 12  # bytes of an endpoint's identifier that all of its process share
+_NEVER = Duration(seconds=1e9)
 _DEEPEST = 100_000  # messages; a queue that is deeper is a mistake
 _POLICIES = {
     QoSPolicyKind.RELIABILITY: ('reliable', 'best_effort', 'system_default'),
@@ -161,13 +163,30 @@ def _note(
     own_type = f'{package}/{name}/{kind.__name__}'
     for other, offered, asked in pairs:
         there = f'{topic} with {name_of(other)}'
-        compatible, why = qos_check_compatible(offered, asked)
-        if compatible == QoSCompatibility.ERROR:
-            found[topic] = f'incompatible QoS on {there}: {why.removeprefix("ERROR: ").rstrip("; ").lower()}'
+        if why := qos_mismatch(offered, asked):
+            found[topic] = f'incompatible QoS on {there}: {why}'
             return
         if other.topic_type != own_type:
             found[topic] = f'incompatible type on {there}: {other.topic_type}, expected {own_type}'
             return
+
+
+def qos_mismatch(offered: QoSProfile, asked: QoSProfile) -> str:
+    """Why a subscription that asks for the one hears nobody who offers the other; '' where it does."""
+    compatible, why = qos_check_compatible(_stated(offered), _stated(asked))
+    if compatible != QoSCompatibility.ERROR:
+        return ''
+    reasons = (reason.strip().lower() for reason in why.split(';'))
+    return ', '.join(reason.removeprefix('error: ') for reason in reasons if reason.startswith('error: '))
+
+
+def _stated(profile: QoSProfile) -> QoSProfile:
+    """The same without deadlines and leases that never end: one that nobody states may be told as such."""
+    stated = copy(profile)
+    for name in ('deadline', 'liveliness_lease_duration'):
+        if getattr(profile, name) > _NEVER:
+            setattr(stated, name, Duration())
+    return stated
 
 
 def name_of(end: TopicEndpointInfo) -> str:

@@ -9,10 +9,11 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64
 
-from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS, STATE_QOS
+from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS, STATE_QOS, qos_mismatch
 
 pytestmark = pytest.mark.processes
 
@@ -66,6 +67,17 @@ class Sensor:
 
     def _end(self):
         self._bench.node.destroy_publisher(self._publisher)
+
+
+def test_only_what_differs_is_said_to():
+    """A deadline that nobody stated is 0 in one graph and without end in another."""
+    never = QoSProfile(depth=1, deadline=Duration(seconds=9e9), liveliness_lease_duration=Duration(seconds=9e9))
+    assert qos_mismatch(offered(BEST_EFFORT), never) == 'best effort publisher and reliable subscription'
+    assert qos_mismatch(offered(RELIABLE), never) == ''
+    both = QoSProfile(depth=1, deadline=Duration(seconds=1.0))
+    assert qos_mismatch(offered(BEST_EFFORT), both) == (
+        'best effort publisher and reliable subscription, subscription has a deadline, but publisher does not'
+    )
 
 
 @pytest.mark.parametrize('reliability', [BEST_EFFORT, RELIABLE], ids=['best_effort', 'reliable'])
