@@ -19,6 +19,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS
 
 ABSURD = 1e3  # A, W or V: more is no wish for a muscle of some ohm but a wrong unit or a broken message
+WRONG_UNIT = 10.0  # times the current limit; what asks for more means mA
 REPEATED = 2  # times the same before a value can be called frozen
 STILL = 1.0  # s, a model that moves by less than a quantum for so long has come to rest
 ASKED, FLOWS = 0.02, 0.005  # A: so much is asked for, and less than that flows: nothing does
@@ -129,6 +130,12 @@ class Safety:
         if not isfinite(value) or not 0.0 <= value <= ABSURD:
             self._rejected += 1
             self._last_rejected = f'{kind.name.lower()} command of {value:g}; expected 0 to {ABSURD:g} {kind.value}'
+            return self._last_rejected
+        if kind is Kind.CURRENT and 0.0 < WRONG_UNIT * self.limits.current < value:
+            self._rejected += 1
+            self._last_rejected = (
+                f'current command of {value:g} A: more than ten times the limit of {self.limits.current:g} A; mA?'
+            )
             return self._last_rejected
         if not self._enabled:
             return 'disabled'

@@ -68,9 +68,17 @@ def test_without_a_command_there_is_no_current_and_no_alarm():
 
 def test_too_much_is_clamped_and_said():
     bench = Bench(current=0.27)
-    bench.command(5.0)
+    bench.command(2.0)
     assert bench.tick() == 0.27
     assert bench.safety.report().limited_by == ('current limit',)
+
+
+def test_milliampere_for_ampere_are_refused():
+    bench = Bench(current=0.27)
+    why = 'current command of 250 A: more than ten times the limit of 0.27 A; mA?'
+    assert bench.command(250.0) == why and bench.safety.report().last_rejected == why
+    assert bench.tick() == 0.0
+    assert bench.command(250.0, Kind.POWER) == '', 'the limit is no measure of other kinds'
 
 
 @pytest.mark.parametrize('value', [nan, inf, -inf, -1e-9, 1e308, ABSURD * 1.001])
@@ -414,7 +422,10 @@ class AnySequence(RuleBasedStateMachine):
     @rule(value=numbers, kind=st.sampled_from(Kind))
     def command(self, value, kind):
         answer = self.safety.command(value, self.now, kind)
-        good = isfinite(value) and 0.0 <= value <= ABSURD
+        most = (
+            10.0 * self.safety.limits.current if kind is Kind.CURRENT and self.safety.limits.current > 0.0 else ABSURD
+        )
+        good = isfinite(value) and 0.0 <= value <= min(most, ABSURD)
         self.rejected += not good
         assert bool(answer) == (not good or not self.enabled)
         if good and self.enabled:
