@@ -155,7 +155,7 @@ class Recorder:
                 break
             if first is None and duration is not None and now - begun > max(duration, _PATIENCE_S):
                 lacking = 'on /clock' if self._before_clock else f'under {self._namespace}'
-                raise BadInput(f'no message {lacking} within {now - begun:.0f} s{self._elsewhere()}')
+                raise BadInput(f'no message {lacking} within {now - begun:.0f} s{self._domain()}{self._elsewhere()}')
             if now - said >= _SAY_S:
                 lacking = ' on /clock' if self._before_clock else f' under {self._namespace}{self._elsewhere()}'
                 waited = f'no message yet{lacking}'
@@ -263,6 +263,10 @@ class Recorder:
                 continue
             self._types[topic], self._log_times[topic] = kind, LogTimes()
             self._subscriptions[topic] = self._subscribe(topic, ReliabilityPolicy.RELIABLE)
+
+    def _domain(self) -> str:
+        """Which domain it listens in, where the muscle may not be."""
+        return f' (ROS_DOMAIN_ID {self._node.context.get_domain_id()})'
 
     def _elsewhere(self) -> str:
         return elsewhere(self._node, self._namespace)
