@@ -61,7 +61,7 @@ class ControlledJoint:
         for muscle in self._pair:
             muscle.feedback_topic = node.resolve_topic_name(f'{name}/angle')
         node.listen(Float64, f'{name}/angle', self._take_angle, MEASUREMENT_QOS)
-        node.listen(Float64, f'{name}/angle_setpoint', self.take_setpoint, COMMAND_QOS)
+        node.listen(Float64, f'{name}/angle_setpoint', self._take_setpoint, COMMAND_QOS)
         node.listen(Float64, f'{name}/cocontraction_setpoint', self._take_cocontraction, COMMAND_QOS)
         node.listen(Float64, f'{name}/stiffness_setpoint', self._take_stiffness, COMMAND_QOS)
 
@@ -101,10 +101,13 @@ class ControlledJoint:
         """Whether it is within the bounds; if not, it is counted with the agonist."""
         return self._pair[0].within(f'{self.name}/{name}', value, low, high, unit)
 
-    def take_setpoint(self, message: Float64) -> None:
-        """Where it is to be, rad."""
-        if self._within('angle_setpoint', message.data, self._settings['low_rad'], self._settings['high_rad'], 'rad'):
-            self.setpoint = message.data
+    def _take_setpoint(self, message: Float64) -> None:
+        self.go_to(message.data, f'{self.name}/angle_setpoint')
+
+    def go_to(self, value: float, name: str) -> None:
+        """Where it is to be, rad, by the input of that name; what is refused is counted with the agonist."""
+        if self._pair[0].within(name, value, self._settings['low_rad'], self._settings['high_rad'], 'rad'):
+            self.setpoint = value
 
     def _take_cocontraction(self, message: Float64) -> None:
         row = JOINT['cocontraction_n']

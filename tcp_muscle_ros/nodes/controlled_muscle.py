@@ -180,12 +180,16 @@ class ControlledMuscle(SafeMuscle):
 
     def take_setpoint(self, message: Float64) -> None:
         """Where it is to be, m."""
+        self.go_to(message.data, 'displacement_setpoint')
+
+    def go_to(self, value: float, name: str) -> None:
+        """Where it is to be, m, by the input of that name."""
         # Nothing moves by more than its own fibre: a larger number is a wrong unit.
         length = self._model['L0']
         furthest = self._inverse.furthest(self.settings['load_n'] if self._load is None else self._load)
         most = length if furthest is None else min(length, furthest)
-        if self.within('displacement_setpoint', message.data, -length, most, 'm'):
-            self._setpoint = message.data
+        if self.within(name, value, -length, most, 'm'):
+            self._setpoint = value
 
     def _take_feedback(self, message: Float64) -> None:
         self.take_measurement(message.data)

@@ -6,11 +6,11 @@ if __name__ == '__main__':  # python -m: before the rest is loaded, as entry.py 
     end_quietly_when_asked()
 
 from collections.abc import Callable, Sequence
+from itertools import zip_longest
 from math import isnan
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64
 
 from tcp_muscle_ros.errors import nearest
 from tcp_muscle_ros.nodes.controlled_joint import ControlledJoint, Weight
@@ -38,11 +38,11 @@ class ControllerNode(SafeNode[ControlledMuscle]):
             for name, settings in self.plan.joints.items()
         }
         self._weight = Weight(self.common['description_file'], self._joints.values())
-        self._setpoints: dict[str, Callable[[Float64], None]] = {
-            muscle.settings['joint_name']: muscle.take_setpoint for muscle in self.muscles if not muscle.on_joint
+        self._setpoints: dict[str, Callable[[float, str], None]] = {
+            muscle.settings['joint_name']: muscle.go_to for muscle in self.muscles if not muscle.on_joint
         }
-        self._foreign: set[str] = set()  # joints that were commanded and are not here
-        self._setpoints |= {name: joint.take_setpoint for name, joint in self._joints.items()}
+        self._told: set[str] = set()  # joints whose commands cannot be followed
+        self._setpoints |= {name: joint.go_to for name, joint in self._joints.items()}
         self.listen(JointState, 'joint_commands', self._take_joint_commands, COMMAND_QOS)
 
     def check(self, settings: Settings) -> None:
@@ -74,20 +74,20 @@ class ControllerNode(SafeNode[ControlledMuscle]):
         return super().forget()
 
     def _take_joint_commands(self, message: JointState) -> None:
-        for name, position in zip(message.name, message.position, strict=False):
-            take = self._setpoints.get(name)
-            if take is None:
-                self._warn_of(name)
+        for name, position in zip_longest(message.name, message.position[: len(message.name)]):
+            go_to = self._setpoints.get(name)
+            if go_to is None:
+                self._warn_of(name, f'no joint of this node{nearest(name, self._setpoints)}')
+            elif position is None:
+                self._warn_of(name, 'without a position')
             elif not isnan(position):  # ros2_control sends NaN as long as no controller claims the joint
-                take(Float64(data=position))
+                go_to(position, f"joint_commands '{name}'")
 
-    def _warn_of(self, name: str) -> None:
-        """Once of each joint that nobody here has: it may be another's, or a wrong joint_name."""
-        if name not in self._foreign:
-            self._foreign.add(name)
-            self.get_logger().warning(
-                f"joint_commands names '{name}', no joint of this node{nearest(name, self._setpoints)}"
-            )
+    def _warn_of(self, name: str, why: str) -> None:
+        """Once of each joint: it may be another node's, or a wrong joint_name."""
+        if name not in self._told:
+            self._told.add(name)
+            self.get_logger().warning(f"joint_commands names '{name}', {why}")
 
     def more_statuses(self) -> list[DiagnosticStatus]:
         """The joints'."""

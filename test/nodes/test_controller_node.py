@@ -1,5 +1,6 @@
 """controller_node against rigs that lie, fall silent or ask for nonsense, and against a muscle that behaves."""
 
+import re
 import threading
 import time
 from contextlib import contextmanager
@@ -166,6 +167,13 @@ def test_it_holds_the_last_setpoint_and_shows_what_it_can_do_of_an_impossible_on
     bench.until(lambda: 'beyond reach' not in pair.facts()['message'], 'it is told for ever')
 
 
+def test_the_readmes_lines_of_python_command_a_muscle(bench, pair):
+    text = (Path(__file__).resolve().parents[2] / 'README.md').read_text(encoding='utf-8')
+    (lines,) = re.findall(r'```python\n(import rclpy.*?)```', text, re.DOTALL)
+    program = bench.run(['-c', lines, '--ros-args', '-r', '__ns:=/pair'], 'readme')
+    bench.until(lambda: pair.facts().get('setpoint_m') == '0.02', f'not heard: {program.said()}')
+
+
 def test_ros2_control_speaks_through_joint_commands(bench, pair):
     joints = bench.speaker('/pair/joint_commands', JointState)
     joints.publish(JointState(name=['elbow', 'pair'], position=[0.02, 0.008]))
@@ -272,10 +280,16 @@ def test_the_message_sequence_of_joint_state_topic_system(bench):
     bench.until(lambda: abs(state()[0] - 0.005) < 2e-4, 'it does not go there')
     send(0.005, 100)  # a held setpoint is sent on, and nothing times out
     assert abs(displacement.last.data - 0.005) < 2e-4 and state()[2] > 0.0
+    for _ in range(3):
+        commands.publish(JointState(name=[name, 'wheel']))
+        time.sleep(0.05)
+    bench.until(lambda: controller.said().count(f"joint_commands names '{name}', without a position") == 1, 'not said')
     send(nan, 50)  # deactivated: it holds
     assert abs(state()[0] - 0.005) < 2e-4
     said = controller.said()
     assert 'refused' not in said and 'timed out' not in said, said
+    send(7.0, 1)
+    bench.until(lambda: f"joint_commands '{name}' of 7 refused" in controller.said(), 'refused as another input')
     assert said.count("joint_commands names 'wheel', no joint of this node; known: finger_3") == 1, said
     for program in (controller, sim):
         program.kill()
