@@ -120,6 +120,8 @@ def write(file: Path, params_file: Path | None) -> None:
         whom, elsewhere = f'the joint of {params_file.name}', 'Other names have\n  other topics.'
     asker = rclpy.create_node('asker')
     modules = {name: [f'tcp_muscle_ros.nodes.{name}', *arguments] for name in nodes}
+    if 'serial_driver_node' in modules:
+        modules['serial_driver_node'] += ['--ros-args', '-p', 'port:=/dev/ptmx']  # opens, and no board answers
     with running(list(modules.values())):
         found = {name: {name: access} for name, access in settled(asker, nodes).items()}
     if params_file is None:

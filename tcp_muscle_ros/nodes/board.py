@@ -53,6 +53,10 @@ class Board:
         self.problem = 'no answer from the board yet'
         self.fault = ''
 
+    def begin(self) -> None:
+        """Open the port. Raises OSError where that fails; one that goes away later is opened again."""
+        self._port = self._open()
+
     def hear(self, now: float) -> Sample | None:
         """Take what has come; the newest whole sample, if any came."""
         newest = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 
 from rclpy.publisher import Publisher
@@ -10,6 +11,7 @@ from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.safety import Limits
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.board import Board, Port
 from tcp_muscle_ros.nodes.home import Home
@@ -42,6 +44,15 @@ class DrivenMuscle(SafeMuscle):
         self._joint = node.topics.publisher(JointState, self.topic('joint_states'), STATE_QOS)
         self._before: tuple[float, float] | None = None  # uptime s, displacement m: the velocity's
         self.listen(Float64, 'current_command', self._take_command)
+
+    def begin(self) -> None:
+        """Open the port. BadInput where that fails: at the start it is a wrong name, later a cable."""
+        try:
+            self.board.begin()
+        except OSError as problem:
+            why = os.strerror(problem.errno) if problem.errno else ' '.join(str(problem).split())
+            named = f"parameter 'port' is '{self.settings['port']}', which cannot be opened"
+            raise BadInput(f'{self.said}{named}: {why}') from None
 
     def limits_of(self, settings: Settings) -> Limits:
         """The safety limits, with the watchdog."""

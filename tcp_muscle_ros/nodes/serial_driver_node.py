@@ -26,6 +26,8 @@ class SerialDriverNode(SafeNode[DrivenMuscle]):
         if importlib.util.find_spec('serial') is None:
             raise BadInput(f'needs pyserial: {install("hardware")}, or sudo apt install python3-serial')
         super().__init__(DRIVER)
+        for muscle in self.muscles:
+            muscle.begin()
 
     def check(self, settings: Settings) -> None:
         """Raise BadInput against values that make no limits, or no board to drive."""
