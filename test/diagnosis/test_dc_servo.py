@@ -19,7 +19,7 @@ from tcp_muscle_ros.muscle import Outputs
 def test_a_machine_has_what_it_says_that_it_has(model, shown):
     columns = {field.name for field in fields(shown)}
     parameters = {name for name in model.specifications if '.' not in name}
-    assert {model.state, model.motion, *model.channels, *model.laws.values()} <= columns
+    assert {model.state, model.motion, *model.channels, *(of.column for of in model.laws.values())} <= columns
     assert model.gauge in model.channels
     assert {*model.coarse, *model.separate, model.capacity, *filter(None, [model.gain])} <= parameters
     assert {name for ratio in model.ratios for name in (ratio.top, ratio.bottom)} <= parameters

@@ -13,7 +13,7 @@ from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_doubtful, on_
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search.bending import _no_worse, with_bent_form
 from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
-from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _range, promising, with_free_law
+from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _known, _range, promising, with_free_law
 from tcp_muscle_ros.diagnosis.search.selected import Weighed
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.muscle.free_basis import basis
@@ -127,6 +127,32 @@ def test_a_form_is_not_bent_where_unseen_data_are_predicted_worse(bent):
     plain = selected(bent, ['natural_convection', *LISTED])
     assert _no_worse(plain, plain.final)
     assert not _no_worse(plain, plain.calibrated)
+
+
+def under(load, muscle, channels=CHANNELS):
+    """A fit to two recordings, the second under this load; the first under 0.588 N."""
+    hung = enumerate(((0.27, 0.588), (0.22, load)))
+    return in_turn(calibrate([experiment(channels, i, at, k, muscle=muscle) for k, (i, at) in hung], NOMINAL).fit)
+
+
+@pytest.mark.parametrize('load', [0.588, 0.3])
+def test_under_one_load_no_form_is_bent_with_what_only_different_loads_tell(load):
+    """A stiffness does there what a stroke does, and unseen data hung there too."""
+    form = basis('free_stiffness', 290.0, 365.0, 'temperature', 4).on(TRUE, [0.1, -0.1, 0.1, -0.1])
+    fitted = under(load, form)
+    plain, told = ({law.basis.effect for law in promising(fitted, told=told)} for told in (False, True))
+    assert {'free_stiffness', 'free_stroke'} <= plain
+    assert plain - told == ({'free_stiffness'} if load == 0.588 else set())
+
+
+def test_a_length_drives_a_law_where_it_was_seen_and_under_loads_that_tell_it_from_the_temperature():
+    one, two = (under(load, TRUE).problem for load in (0.588, 0.3))
+    assert _known(one, 'temperature', any_load=False)
+    assert not any(_known(one, driver, any_load=False) for driver in ('length', 'force'))
+    assert all(_known(two, driver, any_load=True) for driver in ('temperature', 'length', 'force'))
+    unseen = under(0.3, TRUE, CHANNELS[:2]).problem
+    assert _known(unseen, 'force', any_load=True), 'it hangs there'
+    assert not _known(unseen, 'length', any_load=True)
 
 
 def test_a_table_that_runs_wild_between_two_loads_is_no_law(bent):

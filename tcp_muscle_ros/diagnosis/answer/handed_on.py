@@ -1,6 +1,5 @@
 """What a selection hands on for use: the muscle as it is now, how old it was before, and what its instruments do."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import STIFFNESS
-from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.experiment import one_load
 from tcp_muscle_ros.diagnosis.observation.late import taken_out
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
@@ -24,7 +23,6 @@ _HUNG = 12  # different loads, at most
 _COIL_TO_COIL, _HELD = 0.1, 0.01
 _HARDLY = 0.01  # of what is left of a channel: what it hardly knows
 _STEP = 0.7  # of the same: all else follows a stiffness that is moved by a factor of two
-_ONE_LOAD = 0.05  # of the load: a cell beside a weight scatters by less, and a load that differs by less tells little
 
 
 def improved_muscle(selection: Selection) -> Parameters:
@@ -104,14 +102,6 @@ def _held_at(fitted: Fit, k: int, z: float) -> Fit:
     there = replace(unknown, start=unknown.from_fit(z), spread=_HELD)
     unknowns = (*problem.unknowns[:k], there, *problem.unknowns[k + 1 :])
     return fit(replace(problem, unknowns=unknowns), begun, rounds=30, tolerance=1e-5, known=fitted.rough_slopes)
-
-
-def one_load(experiments: Sequence[Experiment]) -> bool:
-    """Whether no recording tells a stiffness: one and the same load hangs in all of them."""
-    if any(e.holding.end != 'load' for e in experiments):
-        return False
-    loads = np.concatenate([e.imposed.load for e in experiments])
-    return bool(np.ptp(loads) <= _ONE_LOAD * float(np.median(loads)))
 
 
 def now(fitted: Fit) -> Parameters:

@@ -48,6 +48,21 @@ class Ratio:
 
 
 @dataclass(frozen=True)
+class Dependence:
+    """What a law without a name may depend on: the ``column`` that has it.
+
+    ``by_loads``: under one and the same load it goes with the state and the motion, so that only different loads tell
+    what depends on it. ``given_at``: the ends at which it is imposed; ``shown_by``: the channels of which one must be
+    recorded elsewhere, for what was never seen is only assumed; where there are none, it is known without.
+    """
+
+    column: str
+    by_loads: bool = False
+    given_at: frozenset[str] = frozenset()
+    shown_by: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
 class Roles:
     """The effects that are fitted in a way of their own, by what each says of itself; '' where there is none.
 
@@ -119,8 +134,7 @@ class Model(Protocol):
     it; ``motion``: the column in which its end moves. ``gain``: the parameter that scales the motion; ``capacity``:
     the one that makes it slow; ``slowness``: the name of the ratio that is its time constant; ``coarse``: those
     whose nominal values may be far off; ``separate``: those that each specimen may have for itself. ``shown_by``:
-    the channels that show a stage, where not all do. ``laws``: what a law without a name may depend on, and the
-    column that shows it.
+    the channels that show a stage, where not all do. ``laws``: what a law without a name may depend on.
     """
 
     effects: ClassVar[Mapping[str, Effect]]
@@ -140,7 +154,7 @@ class Model(Protocol):
     separate: ClassVar[tuple[str, ...]]
     ratios: ClassVar[tuple[Ratio, ...]]
     shown_by: ClassVar[Mapping[str, frozenset[str]]]
-    laws: ClassVar[Mapping[str, str]]
+    laws: ClassVar[Mapping[str, Dependence]]
 
     def simulate(
         self,

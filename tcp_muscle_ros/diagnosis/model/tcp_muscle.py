@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.model.model import Channel, Model, Ratio, Recorded, Roles
+from tcp_muscle_ros.diagnosis.model.model import Channel, Dependence, Model, Ratio, Recorded, Roles
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, LOG_SPREAD, START, Unknown
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Effect, Outputs, Parameters, length, simulate
 from tcp_muscle_ros.muscle.arrays import Array
@@ -93,11 +93,11 @@ class TcpMuscle(Model):
         'electrical': frozenset({'resistance'}),
     }
     # A time is no law of a material, and a power tells little that a current does not.
-    laws: ClassVar[Mapping[str, str]] = {
-        'temperature': 'fibre_temperature',
-        'current': 'current',
-        'length': 'length',
-        'force': 'force',
+    laws: ClassVar[Mapping[str, Dependence]] = {
+        'temperature': Dependence('fibre_temperature'),
+        'current': Dependence('current'),
+        'length': Dependence('length', True, frozenset({'blocked'}), frozenset(STROKE)),
+        'force': Dependence('force', True, frozenset({'load'}), frozenset(STROKE)),
     }
 
     def simulate(

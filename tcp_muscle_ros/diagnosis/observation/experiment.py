@@ -4,7 +4,7 @@ An input holds from its stamp to the next. The model is stepped at the instants 
 change of an input, so that its exact step answers for any rate.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -19,6 +19,8 @@ from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.observation.reading import read
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array, Mask, Places
+
+_ONE_LOAD = 0.05  # of the load: a cell beside a weight scatters by less, and a load that differs by less tells little
 
 
 @dataclass(frozen=True)
@@ -94,3 +96,11 @@ class Experiment:
     def duration(self) -> float:
         """From the first to the last instant, s."""
         return float(self.imposed.time[-1] - self.imposed.time[0])
+
+
+def one_load(experiments: Sequence[Experiment]) -> bool:
+    """Whether no recording tells a stiffness: one and the same load hangs in all of them."""
+    if any(e.holding.end != 'load' for e in experiments):
+        return False
+    loads = np.concatenate([e.imposed.load for e in experiments])
+    return bool(np.ptp(loads) <= _ONE_LOAD * float(np.median(loads)))

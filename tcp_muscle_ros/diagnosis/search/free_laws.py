@@ -19,6 +19,7 @@ from tcp_muscle_ros.diagnosis.fitting.run_to_run import differing, repeating
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.unknown import LOG_SPREAD, Unknown
+from tcp_muscle_ros.diagnosis.observation.experiment import one_load
 from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
@@ -161,17 +162,22 @@ def _is_form(law: Law, kept: Sequence[Chosen]) -> bool:
     return any(c.definition.stage == stage and not c.definition.circumstance for c in kept)
 
 
-def promising(fitted: Fit, progress: Callable[[], None] | None = None, of_state: bool = False) -> list[Law]:
+def promising(
+    fitted: Fit, progress: Callable[[], None] | None = None, of_state: bool = False, told: bool = False
+) -> list[Law]:
     """Free laws by the drop of the misfit that they promise in linear approximation, less the price of each
-    coefficient; only those that promise any. ``of_state``: none that only says what was when."""
-    projection = Projection.of(fitted)
+    coefficient; only those that promise any. ``of_state``: none that only says what was when; ``told``: none that only
+    different loads tell, where one and the same hung."""
+    projection, any_load = Projection.of(fitted), not (told and one_load(fitted.problem.experiments))
     laws = []
     for effect in FREE:
         if effect in fitted.problem.parameters.effects:
             continue
         free = EFFECTS[effect].free
-        for driver in free.drivers if free is not None else ():
-            if driver not in fitted.problem.model.laws or (of_state and driver == _WHEN):
+        if free is None or (free.by_loads and not any_load):
+            continue
+        for driver in free.drivers:
+            if not _known(fitted.problem, driver, any_load) or (of_state and driver == _WHEN):
                 continue
             seen = _seen(fitted, driver)
             low, high = _range(seen)
@@ -187,9 +193,19 @@ def promising(fitted: Fit, progress: Callable[[], None] | None = None, of_state:
     return sorted(laws, key=lambda law: -law.gain)
 
 
+def _known(problem: Problem, driver: str, any_load: bool) -> bool:
+    """Whether the recordings say what a driver was: it was imposed in all, or something that shows it was recorded; and
+    nothing else goes with it under the load that hung, unless ``any_load``."""
+    depends = problem.model.laws.get(driver)
+    if depends is None or (depends.by_loads and not any_load):
+        return False
+    given = all(e.holding.end in depends.given_at for e in problem.experiments)
+    return given or not depends.shown_by or any(depends.shown_by & set(e.observed) for e in problem.experiments)
+
+
 def _seen(fitted: Fit, driver: str) -> Array:
     """What a driver was in the recordings, shape (samples of all)."""
-    column = fitted.problem.model.laws[driver]
+    column = fitted.problem.model.laws[driver].column
     return np.concatenate([getattr(o, column) for o in fitted.outputs])
 
 

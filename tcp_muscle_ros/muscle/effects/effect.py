@@ -71,13 +71,15 @@ class Freedom:
     ``drivers``: name and unit of what the law may depend on, in the order of its parameter ``driver``. ``width``: the
     standard deviation of the law's values before anything is known, in the unit of its values; ``bend``: that of the
     second differences between values at knots that lie a quarter of the driver's range apart. ``lag``: the parameter
-    that is the time in which the law is reached, where one is.
+    that is the time in which the law is reached, where one is. ``by_loads``: under one and the same load it does what
+    another law does to the length, so that only different loads tell it.
     """
 
     drivers: Mapping[str, str]
     width: float
     bend: float
     lag: str = ''
+    by_loads: bool = False
 
 
 @dataclass(frozen=True)

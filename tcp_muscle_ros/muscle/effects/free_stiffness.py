@@ -58,5 +58,5 @@ EFFECT = Effect(
     columns=law.columns('1', _MEANING),
     prepared=law.PREPARED + 1,
     prepare=_prepare,
-    free=Freedom(_DRIVERS, width=0.2, bend=0.1),
+    free=Freedom(_DRIVERS, width=0.2, bend=0.1, by_loads=True),
 )
