@@ -52,7 +52,7 @@ def test_help_lists_every_command_and_loads_nothing_heavy():
         (['simulte'], "unknown command 'simulte'; did you mean 'simulate'?"),
         ([], 'the following arguments are required: COMMAND'),
         (['import', 'x.csv'], 'tcp_muscle import: x.csv: no such file'),
-        (['export', 'bag'], 'tcp_muscle export: one of the arguments --csv --parquet is required'),
+        (['export', 'bag'], 'tcp_muscle export: bag: which table? expected --csv, --parquet, or'),
         (['import', 'x.csv', '--map', 'm', '--output', 'o', '--nmae'], 'unrecognized arguments: --nmae'),
         (
             ['import', 'x.csv', '--map', 'nowhere.yaml', '--output', 'o'],

@@ -164,11 +164,15 @@ def play(
     finally:
         if kept := log.end():
             say(f'{kept}: what was there before; it is removed once the run is complete (--resume)')
-    if interrupted and not log.played:
-        say(f'{output}: interrupted before anything was played; no bag was written')
-        return Outcome(log.bags(), interrupted, log.punctual)
-    say(f'{output}: {"interrupted, 0 A" if interrupted else "done"}; {100.0 * log.punctual:.1f} % within 2 ms of due')
+    say(f'{output}: {_ended(log, interrupted)}')
     return Outcome(log.bags(), interrupted, log.punctual)
+
+
+def _ended(log: RunLog, interrupted: bool) -> str:
+    """How a run ended, and how punctual its commands were, if there were any."""
+    if interrupted and not log.played:
+        return 'interrupted before anything was played; no bag was written'
+    return f'{"interrupted, 0 A" if interrupted else "done"}; {100.0 * log.punctual:.1f} % within 2 ms of due'
 
 
 def _play_part(runner: Runner, part: Part, log: RunLog, known: dict[str, object]) -> bool:

@@ -98,7 +98,7 @@ def _tone(channel: Channel, drive: Channel | None) -> Iterator[tuple[str, str, s
     if np.percentile(np.diff(channel.time), 95.0) > 1.5 * period:
         return
     size = channel.value.size // 4
-    frequency = np.fft.rfftfreq(size - 2, period)
+    frequency: Array = np.asarray(np.fft.rfftfreq(size - 2, period), dtype=np.float64)
     lines = [_spectrum(channel.value[k * size : (k + 1) * size]) for k in range(4)]
     least = _rounding_lines(channel.value, frequency * period, size - 2)
     out = np.min([line / np.maximum(_about(line), least) for line in lines], axis=0)
