@@ -24,9 +24,8 @@ def look_elsewhere(namespace: str) -> str:
     rclpy.init(args=[], context=context)
     try:
         node = Node('tcp_muscle_look', context=context, enable_rosout=False, start_parameter_services=False)
-        until = time.monotonic() + _DISCOVERED_S
-        while not (found := _namespaces(node)) and time.monotonic() < until:
-            time.sleep(0.1)
+        time.sleep(_DISCOVERED_S)  # they are discovered one by one
+        found = _namespaces(node)
         told = '' if _plain(namespace) in found else elsewhere(node, namespace)
         node.destroy_node()
         return told
