@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.errors import BadInput, install, nearest
 from tcp_muscle_ros.recording.inputs import stated_ambient
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
 from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording, channel_kind
@@ -158,5 +158,5 @@ def _pandas() -> Any:
     try:
         import pandas
     except ModuleNotFoundError:
-        raise BadInput("DataFrames need pandas: pip install 'tcp_muscle_ros[labs]'") from None
+        raise BadInput(f'DataFrames need pandas: {install("labs")}') from None
     return pandas

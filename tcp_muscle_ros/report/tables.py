@@ -1,6 +1,7 @@
 """Tables for the terminal."""
 
 from collections.abc import Callable, Mapping, Sequence
+from math import isfinite
 
 from tcp_muscle_ros.diagnosis.answer.digits import digits_text
 from tcp_muscle_ros.diagnosis.answer.findings import Value
@@ -36,7 +37,7 @@ def comparison_table(compared: Mapping[str, Comparison]) -> str:
                 name,
                 str(c.time.size),
                 f'{c.rmse * factor:.4g} {unit}',
-                f'{100.0 * c.nrmse:.2f} %',
+                f'{100.0 * c.nrmse:.2f} %' if isfinite(c.nrmse) else '-',
                 f'{c.bias * factor:+.4g} {unit}',
             ]
         )

@@ -7,11 +7,12 @@ import pytest
 from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
 from report.diagnoses import match
 
-from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, foretelling, improved_muscle, one_load, rig_of
+from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, foretelling, improved_muscle, rig_of
 from tcp_muscle_ros.diagnosis.answer.improved import with_replay
 from tcp_muscle_ros.diagnosis.answer.replaying import as_given, own_of, replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, with_noise
+from tcp_muscle_ros.diagnosis.observation.experiment import one_load
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for

@@ -5,14 +5,13 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.free_curve import driver_of
-from tcp_muscle_ros.diagnosis.answer.handed_on import one_load
 from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
 from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature, signature
 from tcp_muscle_ros.diagnosis.fitting.warm_start import warm_at_the_start
 from tcp_muscle_ros.diagnosis.model.model import floating
-from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment, one_load
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.remaining import wandering
 from tcp_muscle_ros.diagnosis.search.selected import Selection
