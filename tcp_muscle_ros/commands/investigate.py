@@ -220,9 +220,9 @@ def _conclude(args: argparse.Namespace, investigation: Investigation, folder: Pa
             shutil.copytree(source, place, dirs_exist_ok=True)
         elif source.is_file():
             shutil.copyfile(source, place)
-    improved = folder / 'improved.yaml'
-    before = _errors(investigation.kept_back, args.params)
-    after = _errors(investigation.kept_back, str(improved)) if improved.is_file() else before
+    improved, rig = folder / 'improved.yaml', folder / 'report' / 'rig.yaml'
+    before = _errors(investigation.kept_back, args.params, args.rig)
+    after = _errors(investigation.kept_back, str(improved), rig) if improved.is_file() else before
     summary = {
         'why': investigation.log.of('end')[-1]['why'],
         'headline': investigation.log.of('diagnosis')[-1]['headline'],
@@ -237,22 +237,23 @@ def _conclude(args: argparse.Namespace, investigation: Investigation, folder: Pa
         _say(f'kept-back run, {name}: {share:.3f} times the error of the model that it began with')
 
 
-def _errors(bags: Sequence[Path], params: str) -> dict[str, float]:
+def _errors(bags: Sequence[Path], params: str, rig: str | Path | None) -> dict[str, float]:
     """Root mean square error of each channel over bags, SI, as ``tcp_muscle replay`` has it."""
-    from tcp_muscle_ros.diagnosis.answer.replaying import own_of, replay
+    from tcp_muscle_ros.commands.replay import as_recorded
+    from tcp_muscle_ros.diagnosis.answer.replaying import SETTLED_BY, ReplayedErrors, own_of
     from tcp_muscle_ros.diagnosis.observation.observe import conditions
     from tcp_muscle_ros.diagnosis.observation.prepare import prepare
     from tcp_muscle_ros.recording.bag import read_bag
     from tcp_muscle_ros.settings.parameter_file import read
+    from tcp_muscle_ros.settings.rig import read_rig
 
-    file, squared, count = read(params), dict[str, float](), dict[str, int]()
+    file, known, errors = read(params), read_rig(rig) if rig else None, ReplayedErrors()
     for bag in bags:
-        experiment = prepare(read_bag(bag), file.parameters, conditions(file), 1000)
-        compared = replay(experiment, file.parameters, None, own_of(experiment, file.parameters))
-        for name, one in compared.items():
-            squared[name] = squared.get(name, 0.0) + one.rmse**2 * len(one.time)
-            count[name] = count.get(name, 0) + len(one.time)
-    return {name: (value / count[name]) ** 0.5 for name, value in squared.items()}
+        recording, stated = read_bag(bag), conditions(file)
+        muscle = as_recorded(file.parameters, params, known, recording)
+        own = own_of(prepare(recording, file.parameters, stated, SETTLED_BY), muscle)
+        errors.add(prepare(recording, file.parameters, stated), muscle, own)
+    return errors.rmse()
 
 
 def _say(sentence: str) -> None:
