@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.commands.run import add_rig_arguments, allowed_by, driver_allows, play, rig_limits
@@ -31,13 +31,16 @@ if TYPE_CHECKING:
 _INTERRUPTED = 130
 _LEAST_IMPROVED = 1e-12
 _SETTINGS = 'settings.json'
+_FILES = ('params', 'first', 'simulated', 'rig')
+_FIXED = (*_FILES, 'namespace')  # what no resumed investigation may change, and
+_SPENT = ('minutes', 'runs', 'cycles', 'yes')  # what it may
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``investigate``."""
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='DIR', help='a new folder for runs, reports and the log')
-    parser.add_argument('--resume', action='store_true', help='continue an investigation that was stopped')
+    parser.add_argument('--resume', action='store_true', help='continue one that was stopped, as it was begun')
     add_force_argument(parser)
     parser.add_argument(
         '--first',
@@ -53,9 +56,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--cycles', type=int, default=1000, metavar='N', help='most heating cycles (default: 1000)')
     parser.add_argument('--simulated', metavar='MUSCLE.yaml', help='use a simulated muscle, to try the command out')
     add_rig_arguments(parser)
+    usual = {name: parser.get_default(name) for name in (*_FIXED, *_SPENT)}
+    parser.set_defaults(usual=usual, **dict.fromkeys(usual))  # None: it was not given
 
 
-def admit(args: argparse.Namespace) -> tuple[Path, Callable[[], Investigation]]:
+class Admitted(NamedTuple):
+    """What an investigation needs, once all of it is known to be good: ``args`` are those that it was begun with."""
+
+    args: argparse.Namespace
+    folder: Path
+    begin: Callable[[], Investigation]
+
+
+def admit(args: argparse.Namespace) -> Admitted:
     """All that can be refused before anything is recorded."""
     from tcp_muscle_ros.files.outputs import refuse_among, writable_folder
     from tcp_muscle_ros.settings.parameter_file import read
@@ -64,28 +77,30 @@ def admit(args: argparse.Namespace) -> tuple[Path, Callable[[], Investigation]]:
     if args.resume:
         if args.force:
             raise BadInput('--resume continues an investigation, --force begins anew; expected one of them')
-        if not (folder / _SETTINGS).is_file():
-            raise BadInput(f'--resume: {folder} is no folder of an investigation')
+        args = _complete(args, _settings(folder))
     else:
+        args = _complete(args)
         refuse_among(folder, filter(None, (args.params, args.rig, args.first, args.simulated)))
         ours = args.force and (folder / _SETTINGS).is_file() and (folder / 'log.jsonl').is_file()
         if not ours:
             writable_folder(folder, force=args.force)
     if args.simulated:
         read(args.simulated)
-    return folder, _investigation(args, folder, read(args.params).parameters, rig_limits(args.rig))
+    return Admitted(args, folder, _investigation(args, folder, read(args.params).parameters, rig_limits(args.rig)))
 
 
 def run(args: argparse.Namespace) -> int:
     """Investigate, or go on; 130 where it was interrupted."""
     from tcp_muscle_ros.files.outputs import remove, set_aside
 
-    folder, begin = admit(args)
-    if not args.resume:
+    args, folder, begin = admit(args)
+    if args.resume:
+        replaced = _settings(folder).get('replaces')
+    else:
         before = set_aside(folder, 'before')
-        settings = {**vars(args), 'replaces': before.name if before else ''}
+        replaced = before.name if before else ''
         folder.mkdir(parents=True)
-        (folder / _SETTINGS).write_text(json.dumps(settings, default=str, indent=1) + '\n')
+    _keep(folder, {**{name: getattr(args, name) for name in args.usual}, 'replaces': replaced})
     try:
         investigation = begin()
         investigation.run()
@@ -93,9 +108,51 @@ def run(args: argparse.Namespace) -> int:
         _say(f'{folder}: interrupted; --resume goes on')
         return _INTERRUPTED
     _conclude(args, investigation, folder)
-    if replaced := json.loads((folder / _SETTINGS).read_text()).get('replaces'):
+    if replaced:
         remove(folder.with_name(replaced))
     return 0
+
+
+def _settings(folder: Path) -> dict[str, Any]:
+    """What an investigation was begun with. BadInput where the folder is none of one."""
+    try:
+        settings = json.loads((folder / _SETTINGS).read_text(encoding='utf-8'))
+    except (OSError, ValueError):
+        settings = None
+    if not isinstance(settings, dict):
+        raise BadInput(f'--resume: {folder} is no folder of an investigation')
+    return settings
+
+
+def _keep(folder: Path, settings: Mapping[str, object]) -> None:
+    """Write down what an investigation was begun with; files so that they are found from any folder."""
+    files = {name: settings[name] for name in _FILES if settings[name] and Path(str(settings[name])).is_file()}
+    known = {**settings, **{name: str(Path(str(file)).absolute()) for name, file in files.items()}}
+    draft = (folder / _SETTINGS).with_suffix('.draft')
+    draft.write_text(json.dumps(known, indent=1) + '\n', encoding='utf-8')
+    draft.replace(folder / _SETTINGS)
+
+
+def _complete(args: argparse.Namespace, begun: Mapping[str, object] | None = None) -> argparse.Namespace:
+    """The arguments with what is usual where they say nothing; of one that is resumed with what it was ``begun`` with.
+
+    BadInput where they name another muscle than that. Another budget may be given.
+    """
+    given, before = (
+        {name: source[name] for name in args.usual if source.get(name) is not None}
+        for source in (vars(args), begun or {})
+    )
+    stored = {**args.usual, **before}
+    for name in _FIXED if begun is not None else ():
+        if name in given and not _same(given[name], stored[name]):
+            was = f"'{stored[name]}'" if stored[name] else 'none'
+            raise BadInput(f"--resume: --{name} '{given[name]}' is not that which it was begun with ({was})")
+    return argparse.Namespace(**{**vars(args), **stored, **given})
+
+
+def _same(one: object, other: object) -> bool:
+    """Do two arguments name the same file, set or namespace?"""
+    return one == other or (bool(one and other) and Path(str(one)).resolve() == Path(str(other)).resolve())
 
 
 def _investigation(

@@ -1,14 +1,16 @@
-"""``tcp_muscle investigate``: what it says of the run that was kept back."""
+"""``tcp_muscle investigate``: with what it goes on when resumed, and what it says of the run that was kept back."""
 
 import json
 import re
 import shutil
 from argparse import ArgumentParser
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from tcp_muscle_ros.commands import investigate
+from tcp_muscle_ros.commands.investigation import Investigation
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.settings.ages import Age, write_ages
@@ -60,7 +62,7 @@ def test_the_error_of_the_run_that_was_kept_back_is_that_which_replay_shows(foun
     done, steps = tmp_path / 'done', {'end': [{'why': ''}], 'diagnosis': [{'headline': ''}], 'run': []}
     log = SimpleNamespace(of=lambda step: steps.get(step, []))
     ended = SimpleNamespace(last_report=done / 'reports' / 'report_1', kept_back=[found / 'kept_back'], log=log)
-    investigate._conclude(arguments('--output', done, *rig), ended, done)
+    investigate._conclude(arguments('--params', 'karami_tadesse_2017', '--output', done, *rig), ended, done)
     kept_back = json.loads((done / 'summary.json').read_text())['kept_back']
     capsys.readouterr()
     improved = ('--params', str(done / 'improved.yaml'), '--rig', str(done / 'report' / 'rig.yaml'))
@@ -70,3 +72,64 @@ def test_the_error_of_the_run_that_was_kept_back_is_that_which_replay_shows(foun
         assert kept_back['temperature'][when] == pytest.approx(float(shown[1]), rel=0.01)
     assert kept_back['temperature']['rmse_after'] == pytest.approx(0.05, rel=0.1)
     assert kept_back['displacement']['rmse_after'] < 2e-6
+
+
+@pytest.fixture
+def begun(tmp_path, monkeypatch):
+    """An investigation of a simulated muscle that was stopped before its first run, in ``lab/inquiry``."""
+    (tmp_path / 'lab').mkdir()
+    monkeypatch.chdir(tmp_path / 'lab')
+    write(Path('mine.yaml'), MUSCLE)
+    Path('rig.yaml').write_text('limits: {largest_current_a: 0.15}\n')
+    monkeypatch.setattr(investigate, 'driver_allows', lambda *_: pytest.fail('asks the muscle on the topics'))
+    monkeypatch.setattr(Investigation, 'run', interrupted)
+    asked = ('--params', 'mine.yaml', '--simulated', 'mine.yaml', '--rig', 'rig.yaml', '--minutes', '60', '--yes')
+    assert main(['investigate', '--output', 'inquiry', *asked]) == 130
+    return Path('inquiry').absolute()
+
+
+def interrupted(_):
+    raise KeyboardInterrupt
+
+
+def test_what_is_resumed_goes_on_as_it_was_begun_from_any_folder(begun, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    args, _, begin = investigate.admit(arguments('--output', begun, '--resume'))
+    assert (args.minutes, args.runs, args.yes, args.namespace) == (60.0, 20, True, '')
+    assert [args.params, args.simulated] == [str(tmp_path / 'lab' / 'mine.yaml')] * 2
+    made = begin()
+    assert isinstance(made._plant, investigate._Simulated)
+    assert max(one.sampled().drive.max() for one in made._rounds[0]) <= 0.15
+
+
+def test_a_budget_that_is_given_anew_holds_from_then_on_and_the_muscle_may_be_named_again(begun):
+    again = ('--params', str(Path('mine.yaml').absolute()), '--rig', './rig.yaml')
+    assert main(['investigate', '--output', str(begun), '--resume', '--minutes', '120', '--runs', '9', *again]) == 130
+    args = investigate.admit(arguments('--output', begun, '--resume')).args
+    assert (args.minutes, args.runs, args.cycles) == (120.0, 9, 1000)
+
+
+@pytest.mark.parametrize(
+    ('words', 'was'),
+    [
+        (('--params', 'karami_tadesse_2017'), "lab/mine.yaml')"),
+        (('--simulated', 'karami_tadesse_2017'), "lab/mine.yaml')"),
+        (('--rig', 'other.yaml'), "lab/rig.yaml')"),
+        (('--namespace', 'thumb'), '(none)'),
+        (('--first', 'protocol.yaml'), '(none)'),
+    ],
+)
+def test_what_names_another_muscle_than_it_was_begun_with_is_refused_in_one_line(begun, capsys, words, was):
+    kept = (begun / 'settings.json').read_text()
+    capsys.readouterr()
+    assert main(['investigate', '--output', str(begun), '--resume', *words]) == 2
+    said = capsys.readouterr().err.strip()
+    assert f"--resume: {words[0]} '{words[1]}' is not that which it was begun with" in said and said.endswith(was)
+    assert '\n' not in said and (begun / 'settings.json').read_text() == kept
+
+
+@pytest.mark.parametrize('text', ['', '[]', '{"params'])
+def test_a_folder_whose_settings_are_torn_is_none_of_an_investigation(begun, capsys, text):
+    (begun / 'settings.json').write_text(text)
+    assert main(['investigate', '--output', str(begun), '--resume']) == 2
+    assert 'is no folder of an investigation' in capsys.readouterr().err
