@@ -16,7 +16,8 @@ from tcp_muscle_ros.diagnosis.fitting.draught import COLD, excess_of, persisting
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, drivers, hats
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.room import knots_of, responses, thermal_lag
-from tcp_muscle_ros.diagnosis.fitting.weighing import with_noise
+from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, with_noise
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
@@ -29,6 +30,7 @@ _LEVELS, _MOMENTS = 5, 6  # of the state, and since a switch of the drive, that 
 _LATELY = (15.0, 60.0)  # s: what a law may remember of the state
 _RIDGE = 1e-2  # of the features' mean square
 _PARTS = 4  # of each recording, that are left out in turn
+_CLOSER = 2  # times that a fit follows a course before it is compared
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,38 @@ def evidence_of(fitted: Fit, effect: str) -> float:
     return max(_evidence(whole, kind)[0] for kind in _kinds(of))
 
 
+def left_by(fitted: Fit, effect: str) -> float:
+    """What the course of one effect ('': of the supply) leaves of the squared misfit, of the noise of the instruments.
+
+    A fit is compared with the data where its course is on, in linear approximation about that: what is large is not
+    followed from a fit without it, and what all courses miss then hides what one of them does.
+    """
+    roles, fitted = fitted.problem.model.roles, as_read(fitted)
+    of = {roles.course: _DRAUGHT, roles.room: _ROOM}.get(effect, _SUPPLY)
+    rows, left = _rows(fitted), np.inf
+    knots = [mine.knots for mine in rows]
+    for closer in range(_CLOSER + 1):
+        whole = _linear(rows)
+        (_, took), kind = max(((_evidence(whole, kind), kind) for kind in _kinds(of)), key=lambda one: one[0])
+        missed = sum(float(mine.left @ mine.left) for mine in rows)
+        took += float(_marginal(whole.own + np.eye(whole.pull.size), whole.pull)[0])
+        left = min(left, (missed - took) / sum(mine.left.size for mine in rows))
+        if closer < _CLOSER:
+            blown = _likeliest(whole, kind)
+            fitted = _blown(fitted, knots, blown)
+            rows = [replace(r, left=r.left - r.warmer @ w) for r, w in zip(_rows(fitted, knots), blown, strict=True)]
+    return left
+
+
+def _blown(fitted: Fit, knots: Sequence[Array], courses: Sequence[Array]) -> Fit:
+    """The fit with a course (K, at its knots in s) in each recording."""
+    problem, latents = fitted.problem, []
+    for k, (at, warmer) in enumerate(zip(knots, courses, strict=True)):
+        course = Draught(at, np.interp(problem.followed[k].imposed.time, at, warmer))
+        latents.append(replace(problem.latents[k], draught=course))
+    return refitted(fitted, problem.with_latents(latents))
+
+
 def _kinds(of: str) -> list[_Kind]:
     """The courses that are tried."""
     return [_Kind(of, size, pace) for size in _SIZES[of] for pace in _PACES]
@@ -133,12 +167,12 @@ def as_read(fitted: Fit) -> Fit:
     return with_noise(fitted, quick_noise(fitted.problem.experiments))
 
 
-def _rows(fitted: Fit) -> list[_Rows]:
-    """Those of all recordings, whitened."""
+def _rows(fitted: Fit, given: Sequence[Array] | None = None) -> list[_Rows]:
+    """Those of all recordings, whitened; at ``given`` knots (s), where they are."""
     problem, spreads = fitted.problem, fitted.problem.spreads()
     apart, found = max(_APART * thermal_lag(fitted), _SHORTEST), []
     for k, (experiment, slopes, left) in enumerate(zip(problem.followed, fitted.slopes, fitted.residuals, strict=True)):
-        knots = knots_of(experiment, apart, _MOST)
+        knots = knots_of(experiment, apart, _MOST) if given is None else given[k]
         excess = np.maximum(np.interp(knots, experiment.imposed.time, excess_of(fitted, k)), COLD)
         usual = {_DRAUGHT: excess, _ROOM: np.ones(knots.size), _SUPPLY: excess.max() * _power(experiment, knots)}
         sizes = [observed.time.size for observed in experiment.observed.values()]

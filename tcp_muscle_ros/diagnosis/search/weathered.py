@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.weather import Course, as_read, courses, evidence_of
+from tcp_muscle_ros.diagnosis.fitting.weather import Course, as_read, courses, evidence_of, left_by
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.companions import allowing_for, companions, stand_ins
 from tcp_muscle_ros.diagnosis.search.company import good_company, least_of_all
@@ -25,6 +25,7 @@ from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
 _LAW = 0.2  # of a course (squared): more that the state foretells is a law's
 _SURE = 10.0  # least drops
 _AS_MUCH = 0.998  # of the evidence: what explains less is not as likely (a supply explains all that the air would)
+_PLAINLY_LESS = 0.7  # of what a supply leaves: the courses of the air follow an unsteady supply to within a sixth
 
 
 def with_weather(found: Selection, effects: Sequence[str], progress: Callable[[], None] | None = None) -> Selection:
@@ -40,7 +41,7 @@ def with_weather(found: Selection, effects: Sequence[str], progress: Callable[[]
         return found
     begun = _without_heat_laws(found)
     base = begun.final
-    likely = _of_the_air(courses(base), inferred)
+    likely = _of_the_air(base, inferred)
     if not likely or not _plain(likely, _SURE * base.problem.policy.least_drop):
         return found
     named = _named(begun, base, likely, progress)
@@ -71,11 +72,17 @@ def _named(
     return _with(found, rivals, likely[0], followed, _less_noise(found, base, likely[0]))
 
 
-def _of_the_air(likely: Sequence[Course], inferred: Collection[str]) -> list[Course]:
-    """The courses of a draught and a room, the likelier first; none where an unsteady supply explains as much."""
+def _of_the_air(base: Fit, inferred: Collection[str]) -> list[Course]:
+    """The courses of a draught and a room, the likelier first; none where an unsteady supply explains as much.
+
+    Of a misfit that is many times the noise both explain nearly all: then what they leave tells which of them it is.
+    """
+    likely = courses(base)
     air = [course for course in likely if course.effect in inferred]
     supply = max((course.evidence for course in likely if not course.effect), default=0.0)
-    return [] if not air or supply > _AS_MUCH * air[0].evidence else air
+    if not air or supply <= _AS_MUCH * air[0].evidence:
+        return air
+    return air if left_by(base, air[0].effect) < _PLAINLY_LESS * left_by(base, '') else []
 
 
 def _plain(likely: Sequence[Course], sure: float) -> bool:
