@@ -8,7 +8,7 @@ from diagnosis.made import NOMINAL, TIME, experiment
 
 from tcp_muscle_ros.diagnosis.answer.notes import on_shared
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
-from tcp_muscle_ros.diagnosis.search.remaining import wandering
+from tcp_muscle_ros.diagnosis.search.remaining import _stage, wandering
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
 
@@ -67,6 +67,17 @@ def test_it_is_said_only_where_it_is_what_is_unexplained(draughty):
     assert any('are correlated' in note for note in on_shared(selection, found))
     assert on_shared(selection, None) == ()
     assert on_shared(selection, replace(found, driver='temperature')) == ()
+
+
+@pytest.mark.parametrize(('kelvin', 'stage'), [(1.0, 'thermal'), (0.0, 'mechanical')])
+def test_a_stroke_that_is_missed_together_with_the_temperature_is_missed_for_its_heat(recordings, kelvin, stage):
+    """A millimetre a kelvin stands out of its noise far more than the kelvin does."""
+    added = [(kelvin * w, 1e-3 * w) for w in (wander(k) for k in range(3))]
+    runs = [
+        with_added(made, {'temperature': warmer, 'displacement': stroke})
+        for made, (warmer, stroke) in zip(recordings, added, strict=True)
+    ]
+    assert _stage(calibrate(runs, NOMINAL).fit, ('displacement',)) == stage
 
 
 def test_slow_noise_of_each_sensor_by_itself_is_its_own(recordings):

@@ -1,9 +1,10 @@
 """What remains when the search has ended: misfit that no effect took away."""
 
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
 from tcp_muscle_ros.diagnosis.search.selected import Selection
-from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
+from tcp_muscle_ros.diagnosis.search.shared import agreeing, shared_misfit
 
 _BEYOND, _PLAIN, _FAR_BEYOND = 1.5, 4.0, 8.0  # times the noise's variance
 _AROUND = 5.0  # s before and after a leap
@@ -36,8 +37,23 @@ def unexplained(selection: Selection) -> Unexplained | None:
     driver = place.drivers[0]
     recording, start, end = place.intervals[0]
     return Unexplained(
-        place.stage, channel, min(share, 1.0), driver.variable, driver.low, driver.high, (recording, start, end)
+        _stage(selection.final, (channel,)),
+        channel,
+        min(share, 1.0),
+        driver.variable,
+        driver.low,
+        driver.high,
+        (recording, start, end),
     )
+
+
+def _stage(fitted: Fit, missed: tuple[str, ...]) -> str:
+    """The stage in which channels are missed: a channel that goes together with one of another stage follows the heat,
+    however plainly it shows it itself."""
+    channels = fitted.problem.model.channels
+    together = {name for pair in agreeing(fitted) if set(missed) & set(pair.channels) for name in pair.channels}
+    stages = {channels[name].stage for name in (*missed, *together)}
+    return stages.pop() if len(stages) == 1 else 'thermal'
 
 
 def _leaps(selection: Selection) -> Unexplained | None:
@@ -74,6 +90,6 @@ def wandering(selection: Selection) -> Unexplained | None:
     begin = float(selection.final.problem.experiments[k].imposed.time[0])
     had, has = (fit.mean_square[channel] - floor[channel].sigma ** 2 for fit in (selection.calibrated, selection.final))
     share = min(has / had, 1.0) if selection.chosen else 1.0
-    stages = {channels[name].stage for name in found.channels}
-    stage = 'mechanical' if stages == {'mechanical'} else 'thermal'
-    return Unexplained(stage, channel, share, 'elapsed', start - begin, end - begin, found.interval)
+    return Unexplained(
+        _stage(selection.final, found.channels), channel, share, 'elapsed', start - begin, end - begin, found.interval
+    )

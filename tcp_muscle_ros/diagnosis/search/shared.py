@@ -32,9 +32,14 @@ class Shared:
     interval: tuple[int, float, float]
 
 
-@lru_cache(maxsize=2)
 def shared_misfit(fitted: Fit) -> Shared | None:
     """The pair of channels that agree best on what a fit leaves; None where none do beyond chance and noise."""
+    return next(iter(agreeing(fitted)), None)
+
+
+@lru_cache(maxsize=2)
+def agreeing(fitted: Fit) -> tuple[Shared, ...]:
+    """The pairs of channels that agree on what a fit leaves beyond chance and noise, the best first."""
     experiments = fitted.problem.experiments
     floor = quick_noise(experiments)
     names = [name for name in floor if fitted.mean_square[name] > _BEYOND * floor[name].sigma ** 2]
@@ -61,7 +66,7 @@ def shared_misfit(fitted: Fit) -> Shared | None:
             k, start, a, b = max(pairs, key=lambda pair: float(np.max(np.abs(pair[2] * pair[3]))))
             at = float(start[int(np.argmax(np.abs(a * b)))])
             found.append((abs(correlation), Shared((one, two), correlation, (k, at, at + _WINDOW))))
-    return max(found, key=lambda one: one[0])[1] if found else None
+    return tuple(shared for _, shared in sorted(found, key=lambda one: -one[0]))
 
 
 def _windows(experiment: Experiment, one: str, left: Array, two: str, right: Array) -> tuple[Array, Array, Array]:
