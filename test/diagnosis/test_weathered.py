@@ -70,6 +70,19 @@ def test_what_goes_its_own_way_is_named_by_its_course_and_taken_out(weather, eff
     assert all(left[name] < max(0.02 * had[name], 1.2 * sigma**2) for name, sigma in NOISE.items())
 
 
+@pytest.mark.parametrize(('weather', 'effect'), [(blowing, 'airflow'), (drifting, 'ambient_drift')])
+def test_a_single_recording_has_a_weather_too(weather, effect):
+    bare = calibrated(recorded_in(weather)[:1])
+    found = with_weather(select_twice(bare, []), CIRCUMSTANCES)
+    assert [c.effect for c in found.chosen] == [effect]
+
+
+@pytest.mark.parametrize('law', ['natural_convection', 'two_node', 'hysteresis'])
+def test_a_law_that_is_not_listed_is_no_weather_of_a_single_recording(law):
+    found = select_twice(calibrated(recorded_in(still, TRUE.with_effects(law))[:1]), [])
+    assert with_weather(found, CIRCUMSTANCES) is found
+
+
 def test_what_it_hid_is_found_beside_it_and_what_was_named_before_stays():
     """A resistance that bends is hidden, friction is not, in the air of a room that drifts."""
     muscle = TRUE.replace({'tcr_curvature.b': -8e-6}).with_effects('friction', 'tcr_curvature')

@@ -116,7 +116,8 @@ def one_for_all(base: Fit, effect: str) -> Rival | None:
 
 def one_for_each(base: Fit, effect: str, progress: Callable[[], None] | None) -> Rival | None:
     """The circumstance in every recording as it was there, refitted on top of a fit; None where the model runs away."""
-    return _refitted(base, [c for c in Screen.of(base).candidates(effect) if c.own], progress)
+    alone = len(base.problem.experiments) == 1  # what a single recording has for itself, all have
+    return _refitted(base, [c for c in Screen.of(base).candidates(effect) if c.own or alone], progress)
 
 
 def _refitted(base: Fit, candidates: Sequence[Candidate], progress: Callable[[], None] | None) -> Rival | None:
