@@ -175,7 +175,10 @@ def test_a_recording_names_the_column_that_is_not_finite(argument, value):
     ('call', 'words'),
     [
         (lambda: Muscle(A, end='blokced'), "unknown end 'blokced'; did you mean 'blocked'?"),
-        (lambda: Muscle(A, end='spring'), 'spring_rate = 0.0 N/m: a muscle held by a spring needs a rate above 0'),
+        (
+            lambda: Muscle(A, end='spring'),
+            'spring_rate_n_per_m is 0.0: a muscle held by a spring needs a rate above 0 N/m',
+        ),
         (lambda: Muscle(A, end='spring', spring_rate=9.0, held_length=0.1, spring_rest_length=0.2), 'leaves no room'),
         (lambda: Muscle(A).step(0.01, 0.1, 'curent'), "unknown input 'curent'; did you mean 'current'?"),
         (lambda: Muscle(A).step(0.0, 0.1), 'dt = 0.0 s: expected a finite number above 0'),

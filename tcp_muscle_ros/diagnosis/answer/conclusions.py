@@ -45,7 +45,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate, worst_channel
+from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained, locate, worst_channel
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
 from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection, Weighed
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters
@@ -261,6 +261,17 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
     return tuple(rows)
 
 
+def _location(selection: Selection, remains: Unexplained | None) -> Location | None:
+    """Where the calibrated model misses most; its stage is that of what was named, else of what remains."""
+    before = selection.structure_before
+    channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
+    if channel is None:
+        return None
+    stage = remains.stage if remains else selection.final.problem.model.channels[worst or channel].stage
+    stage = selection.chosen[0].definition.stage if selection.chosen else stage
+    return locate(selection.calibrated, before, channel, stage)
+
+
 def conclude(
     selection: Selection,
     nominal: Parameters,
@@ -271,13 +282,8 @@ def conclude(
 ) -> Diagnosis:
     """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why; ``runs``: how
     runs of one protocol differ; ``rig``: what is known of it."""
-    remains, before = left_unexplained(selection, runs), selection.structure_before
-    channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
-    location = None
-    if channel is not None:
-        channels = selection.final.problem.model.channels
-        stage = selection.chosen[0].definition.stage if selection.chosen else channels[worst or channel].stage
-        location = locate(selection.calibrated, before, channel, stage)
+    remains = left_unexplained(selection, runs)
+    location = _location(selection, remains)
     findings = _findings(selection, remains)
     errors = fits(selection, nominal)
     helps = selection.final.problem.policy.helps
