@@ -28,10 +28,10 @@ from tcp_muscle_ros.process.memory import give_back
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, RIG, write_json
-from tcp_muscle_ros.settings.ages import as_old_as_then, read_ages, write_ages
+from tcp_muscle_ros.settings.ages import as_recorded, write_ages
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read, write
-from tcp_muscle_ros.settings.rig import on_rig, read_rig, render_rig
+from tcp_muscle_ros.settings.rig import read_rig, render_rig
 
 REPORT, HELD_OUT = 'report.json', 'held_out.json'
 QUICK = 500  # samples a channel for the alternatives and for held-out recordings
@@ -125,8 +125,7 @@ def users_errors(report: Path, folder: Path) -> dict[str, float]:
     errors = ReplayedErrors()
     for path in bags(folder):
         recording = read_bag(str(path))
-        muscle = on_rig(file.parameters, rig)
-        muscle = as_old_as_then(muscle, read_ages(report / IMPROVED), recording)
+        muscle = as_recorded(file.parameters, report / IMPROVED, rig, recording)
         experiment = prepare(recording, file.parameters, conditions(file), QUICK)
         errors.add(experiment, muscle, own_of(experiment, muscle))
     return errors.rmse()

@@ -32,6 +32,7 @@ from tcp_muscle_ros.diagnosis.observation.holding import Conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters, simulate
 from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.recording.units import GRAVITY
 from tcp_muscle_ros.report.style import AFTER, BEFORE, CHANNEL_AXIS, DRIVE, RECORDED, canvas, save, shown
 from tcp_muscle_ros.report.tables import SHOWN, table
 from tcp_muscle_ros.settings.parameter_file import read, write
@@ -40,7 +41,7 @@ NOMINAL = Parameters.named('karami_tadesse_2017')
 RATE = 10.0  # Hz
 NOISE = {'temperature_noise_k': 0.1, 'resistance_noise_ohm': 5e-3, 'displacement_noise_m': 3e-5}
 # The watchdog is on the wall's clock, of which a busy machine may lose a second.
-OPERATING = {'load_n': 0.060 * 9.80665, 'rate_hz': RATE, 'current_limit_a': 0.3, 'command_timeout_s': 3.0}
+OPERATING = {'load_n': 0.060 * GRAVITY, 'rate_hz': RATE, 'current_limit_a': 0.3, 'command_timeout_s': 3.0}
 MOVED = ('hA', 'C', 'R0', 'a_R', 'k0', 'B')  # parameters that a specimen has for itself, by up to
 SPREAD = 0.12
 PATIENCE = 120.0  # s, for a node to speak; the first start compiles the model
@@ -101,7 +102,7 @@ def shows(muscle: Parameters) -> bool:
         ends = np.cumsum([step.seconds for step in steps])
         time = np.arange(0.0, ends[-1], 1.0 / RATE)
         now = [steps[k] for k in np.searchsorted(ends, time, side='right')]
-        current, load = np.array([step.current for step in now]), np.array([step.mass * 9.80665 for step in now])
+        current, load = np.array([step.current for step in now]), np.array([step.mass * GRAVITY for step in now])
         with_it, without = (simulate(m, time, current, load=load) for m in (muscle, muscle.only_effects([])))
         for key, noise in NOISE.items():
             channel = key.split('_')[0]
@@ -152,7 +153,7 @@ class Bench:
             self._wait('the recorder', lambda: self._idled() and self._met(recorder), recorder)
             self._wait('who listens', lambda: self._listeners() >= 2, recorder)
             for step in steps:
-                self._load.publish(self._number(data=step.mass * 9.80665))
+                self._load.publish(self._number(data=step.mass * GRAVITY))
                 self._command(step.current)
                 time.sleep(HEARD)
                 for _ in range(round(step.seconds * RATE)):

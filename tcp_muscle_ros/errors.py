@@ -16,6 +16,11 @@ def install(extra: str) -> str:
     return f"pip install '.[{extra}]' in the checkout of tcp_muscle_ros"
 
 
+def needs_ros(error: ImportError) -> BadInput:
+    """What is told where a command finds no ROS 2."""
+    return BadInput(f"needs ROS 2's rclpy ({error}); source a ROS 2, or {install('ros')}")
+
+
 def nearest(name: str, choices: Iterable[str]) -> str:
     """The clause that ends an error about an unknown name.
 

@@ -296,20 +296,18 @@ def _conclude(args: argparse.Namespace, investigation: Investigation, folder: Pa
 
 def _errors(bags: Sequence[Path], params: str, rig: str | Path | None) -> dict[str, float]:
     """Root mean square error of each channel over bags, SI, as ``tcp_muscle replay`` has it."""
-    from tcp_muscle_ros.commands.replay import as_recorded
-    from tcp_muscle_ros.diagnosis.answer.replaying import SETTLED_BY, ReplayedErrors, own_of
+    from tcp_muscle_ros.diagnosis.answer.replaying import ReplayedErrors
     from tcp_muscle_ros.diagnosis.observation.observe import conditions
-    from tcp_muscle_ros.diagnosis.observation.prepare import prepare
     from tcp_muscle_ros.recording.bag import read_bag
+    from tcp_muscle_ros.settings.ages import as_recorded
     from tcp_muscle_ros.settings.parameter_file import read
     from tcp_muscle_ros.settings.rig import read_rig
 
     file, known, errors = read(params), read_rig(rig) if rig else None, ReplayedErrors()
     for bag in bags:
-        recording, stated = read_bag(bag), conditions(file)
+        recording = read_bag(bag)
         muscle = as_recorded(file.parameters, params, known, recording)
-        own = own_of(prepare(recording, file.parameters, stated, SETTLED_BY), muscle)
-        errors.add(prepare(recording, file.parameters, stated), muscle, own)
+        errors.add_as_read(recording, file.parameters, conditions(file), muscle)
     return errors.rmse()
 
 

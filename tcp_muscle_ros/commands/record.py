@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 
-from tcp_muscle_ros.errors import BadInput, install
+from tcp_muscle_ros.errors import BadInput, needs_ros
 from tcp_muscle_ros.files.outputs import add_force_argument, writable_folder
 
 
@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         from tcp_muscle_ros.nodes.recorder import record
     except ImportError as error:
-        raise BadInput(f"needs ROS 2's rclpy ({error}); source a ROS 2, or {install('ros')}") from None
+        raise needs_ros(error) from None
     return record(
         args.output,
         namespace=args.namespace,

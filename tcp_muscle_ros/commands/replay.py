@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from tcp_muscle_ros.muscle import Parameters
     from tcp_muscle_ros.recording.recording import Recording
     from tcp_muscle_ros.settings.parameter_file import ParameterFile
-    from tcp_muscle_ros.settings.rig import Rig
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,6 +52,7 @@ def admit(args: argparse.Namespace) -> Admitted:
     from tcp_muscle_ros.commands.bag_arguments import read_bags
     from tcp_muscle_ros.diagnosis.observation.observe import whole
     from tcp_muscle_ros.files.outputs import refuse_among, writable_folder
+    from tcp_muscle_ros.settings.ages import as_recorded
     from tcp_muscle_ros.settings.intervals import variants
     from tcp_muscle_ros.settings.parameter_file import read
     from tcp_muscle_ros.settings.rig import read_rig
@@ -73,14 +73,6 @@ def admit(args: argparse.Namespace) -> Admitted:
     muscle = as_recorded(file.parameters, args.params, rig, recording)
     (experiment,) = whole([recording], file)
     return Admitted(output, figure, file, muscle, variants(args.params, muscle), recording, experiment)
-
-
-def as_recorded(muscle: Parameters, params: str, rig: Rig | None, recording: Recording) -> Parameters:
-    """The muscle of a parameter file as a rig's instruments show it, and as old as it was in the recording."""
-    from tcp_muscle_ros.settings.ages import as_old_as_then, read_ages
-    from tcp_muscle_ros.settings.rig import on_rig
-
-    return as_old_as_then(on_rig(muscle, rig), read_ages(params), recording)
 
 
 def run(args: argparse.Namespace) -> int:

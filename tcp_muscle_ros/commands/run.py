@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
-from tcp_muscle_ros.errors import BadInput, install
+from tcp_muscle_ros.errors import BadInput, needs_ros
 from tcp_muscle_ros.files.outputs import add_force_argument
 
 if TYPE_CHECKING:
@@ -221,7 +221,7 @@ def _runner_class() -> type[Runner]:
     try:
         from tcp_muscle_ros.nodes.runner import Runner
     except ImportError as error:
-        raise BadInput(f"needs ROS 2's rclpy ({error}); source a ROS 2, or {install('ros')}") from None
+        raise needs_ros(error) from None
     return Runner
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.mending import mend
 from tcp_muscle_ros.recording.recording import UNDATED_NS, Recording
+from tcp_muscle_ros.settings.rig import Rig, on_rig
 
 _DAY_NS = 86_400 * 1_000_000_000
 _SAME = 1.0  # s, by which the ends of one recording may differ
@@ -88,3 +89,8 @@ def _undated(ages: Sequence[Age], recording: Recording) -> Age | None:
         if age.start_ns == recording.start_ns and (age.end is None or abs(age.end - recording.end) <= _SAME)
     ]
     return alike[0] if len(alike) == 1 else None
+
+
+def as_recorded(muscle: Parameters, parameter_file: str | Path, rig: Rig | None, recording: Recording) -> Parameters:
+    """The muscle of a parameter file as a rig's instruments show it, and as old as it was in the recording."""
+    return as_old_as_then(on_rig(muscle, rig), read_ages(parameter_file), recording)

@@ -267,8 +267,10 @@ def _location(selection: Selection, remains: Unexplained | None) -> Location | N
     channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
     if channel is None:
         return None
-    stage = remains.stage if remains else selection.final.problem.model.channels[worst or channel].stage
-    stage = selection.chosen[0].definition.stage if selection.chosen else stage
+    if selection.chosen:
+        stage = selection.chosen[0].definition.stage
+    else:
+        stage = remains.stage if remains else selection.final.problem.model.channels[worst or channel].stage
     return locate(selection.calibrated, before, channel, stage)
 
 

@@ -5,11 +5,10 @@ from dataclasses import replace
 from statistics import median
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
-from tcp_muscle_ros.diagnosis.answer.replaying import FAR, SETTLED_BY, Own, ReplayedErrors, own_of
+from tcp_muscle_ros.diagnosis.answer.replaying import FAR, Own, ReplayedErrors
 from tcp_muscle_ros.diagnosis.answer.sentences import headline
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.observe import conditions
-from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.recording.mending import mend
 from tcp_muscle_ros.recording.recording import Recording
@@ -53,10 +52,9 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
             age = next(ages, None)
             for error, (muscle, given) in zip(errors, muscles, strict=True):
                 then = muscle.replace(age.values) if age else muscle
-                stated = conditions(ParameterFile(muscle, given))
-                own = own_of(prepare(part, muscle, stated, SETTLED_BY), then)
-                error.add(prepare(part, muscle, stated), then, own)
-                strayed += [own] if muscle is d.nominal and abs(own.strayed) > FAR else []
+                own = error.add_as_read(part, muscle, conditions(ParameterFile(muscle, given)), then)
+                if muscle is d.nominal and abs(own.strayed) > FAR:
+                    strayed.append(own)
     before, recalibrated, after = (error.rmse() for error in errors)
     fit = {
         name: replace(f, nominal=before[name], calibrated=recalibrated[name], improved=after[name])

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
+from tcp_muscle_ros.diagnosis.fitting.calibration import under_what_is_left
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.switching import settled
 from tcp_muscle_ros.diagnosis.fitting.warm_start import begun_warm
@@ -20,9 +20,12 @@ from tcp_muscle_ros.diagnosis.hypothesis.unknowns import own_unknowns
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START, Unknown
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.holding import Conditions
 from tcp_muscle_ros.diagnosis.observation.imposed import Earlier
+from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.recording.recording import Recording
 
 _BAND = (5.0, 95.0)  # percentiles
 _FIRST = 20  # readings
@@ -141,9 +144,9 @@ def own_of(experiment: Experiment, muscle: Parameters) -> Own:
     """
     unknowns = own_unknowns(experiment, muscle)
     first = _quickly(Problem((experiment,), muscle, unknowns, quick_noise([experiment])))
-    cold = _under_what_is_left(first)
+    cold = under_what_is_left(first, _quickly)
     fitted = begun_warm(cold, _quickly)
-    fitted = _switched(cold if fitted is cold else _under_what_is_left(fitted))
+    fitted = _switched(cold if fitted is cold else under_what_is_left(fitted, _quickly))
     noise = fitted.problem.noise
     values, shown = fitted.values, fitted.predictions[0]
     floats = fitted.problem.zeros(shown, 0)  # where noise is as slow as what a wrong muscle misses, not its mean
@@ -166,12 +169,6 @@ def _strayed(unknowns: Sequence[Unknown], room: float | None) -> float:
             off, most = room - middle, 0.5 * (u.high - u.low)
             return off if abs(off) > min(FAR, _AT_BOUND * most) else 0.0
     return 0.0
-
-
-def _under_what_is_left(fitted: Fit) -> Fit:
-    """The fit under the noise that it leaves."""
-    again = fitted.problem.with_noise(left_over_noise(fitted))
-    return _quickly(again, fitted.z, known=fitted.rough_slopes)
 
 
 def _switched(fitted: Fit) -> Fit:
@@ -214,6 +211,12 @@ class ReplayedErrors:
             entry = self._squares.setdefault(name, [0.0, 0.0])
             entry[0] += float(error @ error)
             entry[1] += error.size
+
+    def add_as_read(self, recording: Recording, assumed: Parameters, stated: Conditions, muscle: Parameters) -> Own:
+        """The same of one as it was read, prepared for what is ``assumed`` of the muscle; what it brings of its own."""
+        own = own_of(prepare(recording, assumed, stated, SETTLED_BY), muscle)
+        self.add(prepare(recording, assumed, stated), muscle, own)
+        return own
 
     def rmse(self) -> dict[str, float]:
         """Of all that was replayed."""

@@ -6,8 +6,6 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 
-_ADMITTED = 1.645  # standard deviations: within the interval of 90 %
-
 
 def as_assumed(final: Fit) -> Fit:
     """The fit with those parameters as assumed that the recordings do not fix, and those shapes of its effects that
@@ -36,8 +34,8 @@ def _admitted(fitted: Fit) -> list[int]:
         spread = float(np.sqrt(fitted.covariance[k, k]))
         effect, _, shape = unknown.name.partition('.')
         told = shape == problem.model.effects[effect].strength if shape else unknown.fixed_by(spread)
-        off = abs(float(fitted.z[k]) - unknown.to_fit(_assumed(fitted, k)))
-        if not told and 0.0 < off <= _ADMITTED * spread:
+        assumed, (low, high) = _assumed(fitted, k), fitted.interval(k)
+        if not told and low <= assumed <= high and fitted.values[unknown.key] != assumed:
             found[k] = spread / unknown.prior_spread
     return sorted(found, key=lambda k: found[k])
 

@@ -99,18 +99,19 @@ def calibrate(
     unknowns = base_unknowns(bare.followed, nominal, dict.fromkeys(separate, True))
     problem = replace(bare, unknowns=tuple(unknowns))
     freely = partial(fit, rounds=40, progress=progress)
-    cold = _with_its_noise(freely(problem, coarse_start(problem)), rounds - 1, progress)
+    briefly = partial(fit, rounds=12, progress=progress)
+    cold = under_what_is_left(freely(problem, coarse_start(problem)), briefly, rounds - 1)
     fitted = begun_warm(cold, freely, coarse_start)
     if fitted is not cold:
-        fitted = _with_its_noise(fitted, rounds - 1, progress)
+        fitted = under_what_is_left(fitted, briefly, rounds - 1)
     return Calibration(fitted, tuple(_estimates(fitted)), tuple(_combinations(fitted)))
 
 
-def _with_its_noise(fitted: Fit, rounds: int, progress: Callable[[], None] | None) -> Fit:
-    """The fit under the noise that is left, both estimated in turn so often."""
-    for _ in range(rounds):
+def under_what_is_left(fitted: Fit, fitting: Callable[..., Fit], times: int = 1) -> Fit:
+    """The fit under the noise that it leaves, both estimated in turn so often."""
+    for _ in range(times):
         again = fitted.problem.with_noise(left_over_noise(fitted))
-        fitted = fit(again, fitted.z, rounds=12, known=fitted.rough_slopes, progress=progress)
+        fitted = fitting(again, fitted.z, known=fitted.rough_slopes)
     return fitted
 
 
