@@ -127,7 +127,8 @@ class Kills:
         self.node.create_timer(0.05, lambda: self._setpoint.publish(Float64(data=0.008)))
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
-        threading.Thread(target=self.executor.spin, daemon=True).start()
+        self._spinning = threading.Thread(target=self.executor.spin, daemon=True)
+        self._spinning.start()
 
     def _hear_twin(self, array: DiagnosticArray) -> None:
         for status in array.status:
@@ -291,13 +292,15 @@ class Kills:
 
     def _back(self, role: str) -> None:
         self.start(role)
-        self.until(lambda: self.current.last > 0.0, f'no current after the {role} is back')
+        if not self.until(lambda: self.current.last > 0.0, f'no current after the {role} is back'):
+            self.failures[-1] += f'{self._said("muscle")}; {self._said("controller")}; {self.command}; {self.current}'
 
     def end(self) -> None:
         """Kill what still runs."""
         for role in list(self.processes):
             self.kill(role)
         self.executor.shutdown()
+        self._spinning.join()  # one that is within the middleware when the process ends aborts it
         rclpy.try_shutdown()
 
 
