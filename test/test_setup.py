@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import domains
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -97,4 +98,4 @@ def test_what_the_user_has_exported_counts_for_what_he_runs_and_tests_keep_to_th
         if environment and kept:
             assert (domain, reach, folder) == tuple(given.values())
         else:
-            assert 1 <= int(domain) <= 101 and reach == 'LOCALHOST' and folder.endswith('.venv/log')
+            assert 1 <= int(domain) < domains.FIRST and reach == 'LOCALHOST' and folder.endswith('.venv/log')

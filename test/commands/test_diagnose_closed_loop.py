@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 
 import pytest
 
@@ -28,12 +27,9 @@ def setpoint(t):
 @pytest.fixture(scope='module')
 def report(tmp_path_factory):
     folder = tmp_path_factory.mktemp('closed_loop')
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_DOMAIN_ID', str(1 + os.getpid() % 101))
-        patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        limits = {'rate_hz': 50.0, 'current_limit_a': 0.27}
-        with Session(folder / 'bag', sim={**limits, **NOISE, **SPECIMEN}, controller=limits, rate_hz=50.0) as session:
-            session.follow(setpoint, DURATION)
+    limits = {'rate_hz': 50.0, 'current_limit_a': 0.27}
+    with Session(folder / 'bag', sim={**limits, **NOISE, **SPECIMEN}, controller=limits, rate_hz=50.0) as session:
+        session.follow(setpoint, DURATION)
     assert main(['diagnose', str(folder / 'bag'), '--output', str(folder / 'report')]) == 0
     return json.loads((folder / 'report' / 'report.json').read_text())
 

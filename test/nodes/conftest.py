@@ -10,6 +10,7 @@ import time
 from contextlib import ExitStack, contextmanager
 from itertools import dropwhile, pairwise
 
+import domains
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
@@ -28,11 +29,8 @@ STARTING = 120.0  # s; a first start compiles the model, and the machine may be 
 PATIENCE = 90.0  # s, for what a running node does: half a minute where nobody else computes, three times that else
 LOOKING = 0.002  # s, from one look at what came to the next
 ASKING = 10.0  # s, after which a service is asked again
-DOMAIN = 1 + (os.getpid() + 37) % 100
 ENVIRONMENT = {
     **os.environ,
-    'ROS_DOMAIN_ID': str(DOMAIN),
-    'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
     'ROS_PYTHON_CHECK_FIELDS': '1',
     'PYTHONPATH': os.pathsep.join(filter(None, sys.path)),
     'PYTHONUNBUFFERED': '1',
@@ -42,12 +40,12 @@ ENVIRONMENT = {
 class Program:
     """A process of one of the package's nodes; ``command`` is what follows python."""
 
-    def __init__(self, command, errors, stdin=None):
+    def __init__(self, command, errors, domain, stdin=None):
         self.errors_path = errors
         with open(errors, 'w') as sink:
             self.process = subprocess.Popen(
                 [sys.executable, *command],
-                env=ENVIRONMENT,
+                env={**ENVIRONMENT, 'ROS_DOMAIN_ID': str(domain)},
                 stderr=sink,
                 stdout=sink,
                 stdin=stdin,
@@ -112,10 +110,9 @@ class Heard(list):
 
 class Bench:
     def __init__(self, folder):
-        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-        self.folder = folder
+        self.folder, self.domain = folder, domains.take()
         self.context = Context()
-        rclpy.init(context=self.context, domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(context=self.context, domain_id=self.domain, signal_handler_options=SignalHandlerOptions.NO)
         self.node = rclpy.create_node('bench', context=self.context, start_parameter_services=False)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
@@ -188,7 +185,8 @@ class Bench:
 
     def run(self, command, label, stdin=None):
         """A Python process."""
-        program = Program(command, self.folder / f'{label.replace("/", "_")}_{len(self.programs)}.txt', stdin)
+        errors = self.folder / f'{label.replace("/", "_")}_{len(self.programs)}.txt'
+        program = Program(command, errors, self.domain, stdin)
         self.programs.append(program)
         return program
 

@@ -109,7 +109,7 @@ def test_processes_given_a_mistake_end_with_2_and_one_line(tmp_path):
         name: subprocess.Popen(
             [sys.executable, '-m', f'tcp_muscle_ros.nodes.{name}', '--ros-args', *arguments],
             cwd=tmp_path,
-            env={**os.environ, 'PYTHONPATH': ':'.join(filter(None, sys.path)), 'ROS_DOMAIN_ID': '99'},
+            env={**os.environ, 'PYTHONPATH': ':'.join(filter(None, sys.path))},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -170,7 +170,7 @@ def test_a_process_given_a_mistake_ends_with_2_and_one_line(tmp_path, program, a
         [sys.executable, '-m', f'tcp_muscle_ros.nodes.{program}', '--ros-args', *arguments],
         cwd=tmp_path,
         # The home in which the model is compiled already: in another it would be compiled again.
-        env={**os.environ, 'PYTHONPATH': ':'.join(filter(None, sys.path)), 'ROS_DOMAIN_ID': '99'},
+        env={**os.environ, 'PYTHONPATH': ':'.join(filter(None, sys.path))},
         capture_output=True,
         text=True,
         timeout=120,

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import domains
 import numpy as np
 import pytest
 
@@ -113,8 +114,7 @@ TOPICS = {'displacement', 'current', 'displacement_setpoint', 'temperature', 'jo
 @pytest.fixture(scope='module')
 def environment():
     return os.environ | {
-        'ROS_DOMAIN_ID': str(1 + os.getpid() % 100),
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_DOMAIN_ID': str(domains.take()),
         'ROS_PYTHON_CHECK_FIELDS': '1',
         'PYTHONPATH': os.pathsep.join(filter(None, sys.path)),
         'PYTHONUNBUFFERED': '1',

@@ -1,7 +1,5 @@
 """Closed loop on the real nodes, in real time: as fast as the muscle can, and there to stay."""
 
-import os
-
 import pytest
 
 from tcp_muscle_ros.muscle import Parameters
@@ -17,8 +15,6 @@ REST = 2.5  # s
 
 @pytest.fixture(autouse=True)
 def own_domain(monkeypatch):
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(1 + os.getpid() % 101))
-    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     monkeypatch.setenv('ROS_PYTHON_CHECK_FIELDS', '1')
 
 

@@ -1,0 +1,31 @@
+"""A domain of the middleware for who asks: no other process of this machine that asks here has the same one.
+
+Two workers of pytest in one domain hear each other's nodes: a recorder records what it never was told of, a run finds
+a commander that is not its own.
+"""
+
+import fcntl
+import os
+import random
+import tempfile
+from itertools import chain
+
+# `scripts/setup` gives those up to 50 to what runs beside the tests; above 101 a domain meets ephemeral ports.
+FIRST, LAST = 51, 101
+
+
+def take() -> int:
+    """A domain that is this process's own for as long as it lives."""
+    folder = os.path.join(tempfile.gettempdir(), f'tcp_muscle_domains_{os.getuid()}')
+    os.makedirs(folder, exist_ok=True)
+    # Not always the first: what a run before this one left behind may still be there.
+    begin = random.SystemRandom().randint(FIRST, LAST)
+    for number in chain(range(begin, LAST + 1), range(FIRST, begin)):
+        place = os.open(os.path.join(folder, str(number)), os.O_RDWR | os.O_CREAT)  # open as long as the process lives
+        try:
+            fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(place)
+        else:
+            return number
+    raise RuntimeError(f'all domains from {FIRST} to {LAST} are taken; see {folder}')
