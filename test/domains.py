@@ -8,6 +8,8 @@ import fcntl
 import os
 import random
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import chain
 
 # `scripts/setup` gives those up to 50 to what runs beside the tests; above 101 a domain meets ephemeral ports.
@@ -16,16 +18,31 @@ FIRST, LAST = 51, 101
 
 def take() -> int:
     """A domain that is this process's own for as long as it lives."""
+    return _taken()[0]
+
+
+@contextmanager
+def lent() -> Iterator[int]:
+    """A domain that is this process's own for a while: what was killed in another is believed to be there for 20 s."""
+    number, place = _taken()
+    try:
+        yield number
+    finally:
+        os.close(place)
+
+
+def _taken() -> tuple[int, int]:
+    """The domain, and the open file that holds it."""
     folder = os.path.join(tempfile.gettempdir(), f'tcp_muscle_domains_{os.getuid()}')
     os.makedirs(folder, exist_ok=True)
     # Not always the first: what a run before this one left behind may still be there.
     begin = random.SystemRandom().randint(FIRST, LAST)
     for number in chain(range(begin, LAST + 1), range(FIRST, begin)):
-        place = os.open(os.path.join(folder, str(number)), os.O_RDWR | os.O_CREAT)  # open as long as the process lives
+        place = os.open(os.path.join(folder, str(number)), os.O_RDWR | os.O_CREAT)
         try:
             fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(place)
         else:
-            return number
+            return number, place
     raise RuntimeError(f'all domains from {FIRST} to {LAST} are taken; see {folder}')

@@ -111,14 +111,15 @@ sys.exit(tool.main(['record', *sys.argv[1:]]))
 TOPICS = {'displacement', 'current', 'displacement_setpoint', 'temperature', 'joint_states'}
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture
 def environment():
-    return os.environ | {
-        'ROS_DOMAIN_ID': str(domains.take()),
-        'ROS_PYTHON_CHECK_FIELDS': '1',
-        'PYTHONPATH': os.pathsep.join(filter(None, sys.path)),
-        'PYTHONUNBUFFERED': '1',
-    }
+    with domains.lent() as domain:
+        yield os.environ | {
+            'ROS_DOMAIN_ID': str(domain),
+            'ROS_PYTHON_CHECK_FIELDS': '1',
+            'PYTHONPATH': os.pathsep.join(filter(None, sys.path)),
+            'PYTHONUNBUFFERED': '1',
+        }
 
 
 @pytest.fixture
