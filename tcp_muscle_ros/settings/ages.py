@@ -2,8 +2,8 @@
 
 A muscle that wears (``fatigue.n0`` cycles, ``resistance_drift.w0`` seconds before) is written as it is after the last
 recording. ``MUSCLE.ages.json`` has its age at the beginning of each recording, which is known by the stamp of its
-start, and where its file says no date by its readings: a replay of one of them runs the muscle as old as it was then, a
-replay of anything else as old as it is now.
+start, and where that is no date by its readings: a replay of one of them runs the muscle as old as it was then, a
+replay of anything else as old as it is now. A simulation's clock begins at 0, so the stamps of its bags are no dates.
 """
 
 import json
@@ -68,8 +68,8 @@ def read_ages(parameter_file: str | Path) -> tuple[Age, ...]:
 
 def as_old_as_then(muscle: Parameters, ages: Sequence[Age], recording: Recording) -> Parameters:
     """The muscle as it was when the recording was made, where that is surely one of those; else as it is."""
-    undated = UNDATED_NS <= recording.start_ns < UNDATED_NS + _DAY_NS
-    age = _undated(ages, recording) if undated else _begun(ages, recording.start_ns)
+    dated = recording.start_ns >= UNDATED_NS + _DAY_NS
+    age = _begun(ages, recording.start_ns) if dated else _undated(ages, recording)
     return muscle.replace(age.values) if age else muscle
 
 
@@ -78,7 +78,7 @@ def _begun(ages: Sequence[Age], start_ns: int) -> Age | None:
 
 
 def _undated(ages: Sequence[Age], recording: Recording) -> Age | None:
-    """The age in a recording without a date: all of them begin at the same instant, and those of one protocol are
+    """The age in a recording without a date: they may all begin at the same instant, and those of one protocol are
     equally long. Files written before fingerprints were go by the length, where only one has it."""
     if any(age.fingerprint for age in ages):
         fingerprint = mend(recording).parts[0].fingerprint  # a diagnosis saw what can be followed of it

@@ -9,7 +9,8 @@ from tcp_muscle_ros.recording.mending import mend
 from tcp_muscle_ros.recording.recording import UNDATED_NS, Channel, Recording
 from tcp_muscle_ros.settings.ages import Age, as_old_as_then, path_beside, read_ages, write_ages
 
-AGES = (Age(10, {'fatigue.n0': 0.0}), Age(20, {'fatigue.n0': 3.5}, 60.0, 'f0'))
+DATE_NS = 1_700_000_000 * 1_000_000_000
+AGES = (Age(DATE_NS + 10, {'fatigue.n0': 0.0}), Age(DATE_NS + 20, {'fatigue.n0': 3.5}, 60.0, 'f0'))
 NOW = Parameters({'fatigue.n0': 7.0}, ('fatigue',))
 
 
@@ -62,8 +63,8 @@ def test_ages_written_before_recordings_were_known_by_their_readings_are_read(tm
 
 
 def test_a_known_recording_is_replayed_as_old_as_the_muscle_was_then_any_other_as_it_is_now():
-    assert cycles(AGES, recording(start_ns=20)) == 3.5
-    assert cycles(AGES, recording(start_ns=30)) == 7.0
+    assert cycles(AGES, recording(start_ns=DATE_NS + 20)) == 3.5
+    assert cycles(AGES, recording(start_ns=DATE_NS + 30)) == 7.0
 
 
 def test_of_files_that_say_no_date_the_readings_say_which_it_is():
@@ -72,6 +73,12 @@ def test_of_files_that_say_no_date_the_readings_say_which_it_is():
     runs = [recording(seed) for seed in range(4)]
     ages = diagnosed(*runs[:3])
     assert [cycles(ages, run) for run in runs] == [0.0, 1.0, 2.0, 7.0]
+
+
+def test_of_simulated_bags_the_readings_say_which_it_is():
+    """The clock of a simulation begins at 0 in every bag."""
+    runs = [recording(seed, start_ns=0) for seed in range(3)]
+    assert [cycles(diagnosed(*runs[:2]), run) for run in runs] == [0.0, 1.0, 7.0]
 
 
 def test_a_file_without_a_date_of_which_a_part_is_lost_is_as_old_as_its_first_part():
