@@ -11,6 +11,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values, conclude, summaries, weighed
 from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_explained, named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, NotTestable
+from tcp_muscle_ros.diagnosis.answer.handed_on import limits_seen
 from tcp_muscle_ros.diagnosis.answer.repeating import beyond_what_differs, left_unexplained, run_to_run
 from tcp_muscle_ros.diagnosis.fitting import switching
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, calibrate, in_turn
@@ -27,7 +28,7 @@ from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.diagnosis.search.weathered import with_weather
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.settings.rig import Rig, on_rig
+from tcp_muscle_ros.settings.rig import Rig, beside, on_rig
 
 _LEAST_SAMPLES = 30
 _MOVES, _PLAINLY = 12.0, 100.0  # times the noise: a channel that moves; one that moves whatever a fit makes of it
@@ -183,6 +184,7 @@ class _Work:
             nominal=self.nominal,
             improved=fitted.muscle if fitted else self.nominal,
             calibrated=fitted.muscle if fitted else None,
+            rig=beside(self.rig, Rig(limits=limits_seen(self.experiments))),
             partial=partial,
             seconds=self.seconds,
         )

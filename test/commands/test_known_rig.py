@@ -64,6 +64,17 @@ def test_a_lag_that_is_known_is_no_finding_and_stays_in_rig_yaml_alone(lab):
     assert improved.effects == () and improved['hA'] == pytest.approx(0.0212, rel=0.01)
 
 
+def test_without_a_verdict_rig_yaml_is_what_was_known_or_seen_of_the_rig(lab):
+    (lab / 'still.yaml').write_text('rate_hz: 4\ninput: current\nload_n: 0.4\nsegments: [{duration_s: 60, value: 0}]')
+    words = ('simulate', str(lab / 'still.yaml'), '--output', str(lab / 'still'))
+    assert main(list(words)) == 0
+    for name, options in {'nothing': (), 'nothing_known': ('--rig', str(lab / 'rig.yaml'))}.items():
+        assert main(['diagnose', str(lab / 'still'), '--output', str(lab / name), *options]) == 0
+        assert json.loads((lab / name / 'report.json').read_text())['verdict'] == 'insufficient_data'
+    assert read_rig(lab / 'nothing' / 'rig.yaml').limits.loads == (0.4,)
+    assert read_rig(lab / 'nothing_known' / 'rig.yaml') == read_rig(lab / 'rig.yaml')
+
+
 @pytest.mark.parametrize(
     ('text', 'said'),
     [('instruments: {thermometer: {lag_s: 1}}', 'thermometer'), ('instruments: {force: {gain: 2}}', 'force.gain')],

@@ -1,5 +1,6 @@
 """What a selection hands on for use: the muscle as it is now, how old it was before, and what its instruments do."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import STIFFNESS
-from tcp_muscle_ros.diagnosis.observation.experiment import one_load
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment, one_load
 from tcp_muscle_ros.diagnosis.observation.late import taken_out
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
@@ -152,7 +153,7 @@ def rig_of(fitted: Fit) -> Rig:
             value = fitted.problem.parameters[name]
             found[name] = Quantity(value, value, value)
     late = taken_out(fitted.muscle, fitted.problem.model)[1] if any(_makes_late(name) for name in found) else None
-    return from_effects(found, late.channel if late else '', _limits(fitted.problem))
+    return from_effects(found, late.channel if late else '', limits_seen(fitted.problem.experiments))
 
 
 def _makes_late(parameter: str) -> bool:
@@ -160,9 +161,9 @@ def _makes_late(parameter: str) -> bool:
     return EFFECTS[parameter.partition('.')[0]].late is not None
 
 
-def _limits(problem: Problem) -> RigLimits:
+def limits_seen(experiments: Sequence[Experiment]) -> RigLimits:
     """The largest current, the loads and the longest run that were seen."""
-    usual, experiments = RigLimits(), problem.experiments
+    usual = RigLimits()
     currents = [float(np.max(e.imposed.drive)) for e in experiments if e.imposed.kind == 'current']
     hanging = [e.imposed.load for e in experiments if e.holding.end == 'load']
     loads = {round(float(load), 4) for hung in hanging for load in np.unique(hung)}
