@@ -8,10 +8,22 @@ from html import unescape
 import jsonschema
 import numpy as np
 import pytest
-from report.diagnoses import ALL, NOMINAL, convection_or_radiation, creep, experiment, match, sensor_or_setup, series_of
+from report.diagnoses import (
+    ALL,
+    NOMINAL,
+    convection_or_radiation,
+    creep,
+    experiment,
+    match,
+    not_repeatable,
+    sensor_or_setup,
+    series_of,
+    wrong_parameters,
+)
 from report.html_page import Page
 
 from tcp_muscle_ros.diagnosis.answer.findings import VERDICTS, Value
+from tcp_muscle_ros.diagnosis.answer.issues import with_faults
 from tcp_muscle_ros.diagnosis.answer.replaying import replay
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS
@@ -447,3 +459,9 @@ def test_a_value_is_read_with_its_interval(value, text):
 def test_a_choice_is_read_by_its_name():
     assert words.parameter_text('two_node', 'pull', Value(1.0, 1.0, 1.0, '1', 0.0)) == 'core and sheath'
     assert words.parameter_text('two_node', 'f', Value(0.5, 0.4, 0.6, '1', 0.5)) == '0.50 (0.40 to 0.60)'
+
+
+def test_a_sensor_that_stands_still_is_the_verdict_before_whatever_is_weaker():
+    for made in (match, wrong_parameters, not_repeatable):
+        assert with_faults(made()[0], ['displacement stands still']).verdict == 'sensor_or_setup'
+    assert with_faults(creep()[0], ['displacement stands still']).verdict == 'missing_physics'

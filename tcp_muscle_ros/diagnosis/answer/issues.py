@@ -56,7 +56,8 @@ def with_faults(diagnosis: Diagnosis, faults: Sequence[str]) -> Diagnosis:
     """The diagnosis with the sensors that stood still: a fault of the set-up, where nothing stronger was found."""
     if not faults:
         return diagnosis
-    verdict = 'sensor_or_setup' if diagnosis.verdict in ('match', 'wrong_parameters') else diagnosis.verdict
+    weaker = diagnosis.verdict in ('match', 'wrong_parameters', 'not_repeatable')
+    verdict = 'sensor_or_setup' if weaker else diagnosis.verdict
     told = f'{faults[0][0].upper()}{faults[0][1:]}'
     more = f' ({len(faults) - 1} more in the report)' if len(faults) > 1 else ''
     headline = f'{told}{more}; that was left out. {diagnosis.headline}'
