@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.answer.conclusions import most_missed
-from tcp_muscle_ros.diagnosis.answer.findings import Finding, Value
+from tcp_muscle_ros.diagnosis.answer.conclusions import most_missed, stage_of
+from tcp_muscle_ros.diagnosis.answer.findings import Change, Finding, Value
 from tcp_muscle_ros.diagnosis.answer.improvement import certainty, of_samples, own_improvement
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
@@ -102,3 +102,18 @@ def test_a_misfit_is_said_to_be_seen_where_it_is_the_most_noises(selection):
     (left,) = selection.calibrated.left
     missed = {name: float(np.sqrt(np.mean(left[name] ** 2))) / noises[name] for name in noises}
     assert most_missed(seen) == max(missed, key=missed.get) == 'displacement'
+
+
+def test_a_misfit_is_located_in_the_stage_of_the_finding_that_shows_in_its_channel():
+    """A lag of the thermometer, found first, does nothing to the stroke."""
+
+    def finding(effect, stage, **missed):
+        improvement = {channel: Change(without, 4e-5) for channel, without in missed.items()}
+        return Finding(effect, stage, '', '', {}, 0.9, (), improvement, 1000.0)
+
+    lag = finding('thermocouple_lag', 'sensor', temperature=4.0)
+    air = finding('natural_convection', 'thermal', temperature=0.8, displacement=8e-4)
+    laser = finding('displacement_drift', 'sensor', displacement=5e-4)
+    found = [air, lag, laser]
+    assert [stage_of(found, channel) for channel in ('displacement', 'temperature')] == ['thermal', 'sensor']
+    assert stage_of([lag], 'displacement') == 'sensor'

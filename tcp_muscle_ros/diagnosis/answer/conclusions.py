@@ -261,14 +261,20 @@ def _series(selection: Selection, nominal: Parameters) -> tuple[tuple[Series, ..
     return tuple(rows)
 
 
-def _location(selection: Selection, remains: Unexplained | None) -> Location | None:
+def stage_of(findings: Sequence[Finding], channel: str) -> str:
+    """The stage of the finding without which most of a channel would be missed: another acts where it does not show."""
+    acting = [f for f in findings if channel in f.improvement]
+    return max(acting, key=lambda f: f.improvement[channel].before, default=findings[0]).stage
+
+
+def _location(selection: Selection, findings: Sequence[Finding], remains: Unexplained | None) -> Location | None:
     """Where the calibrated model misses most; its stage is that of what was named, else of what remains."""
     before = selection.structure_before
     channel, worst = most_missed(selection) or _most_improved(selection), worst_channel(before)
     if channel is None:
         return None
-    if selection.chosen:
-        stage = selection.chosen[0].definition.stage
+    if findings:
+        stage = stage_of(findings, channel)
     else:
         stage = remains.stage if remains else selection.final.problem.model.channels[worst or channel].stage
     return locate(selection.calibrated, before, channel, stage)
@@ -285,8 +291,8 @@ def conclude(
     """What a selection means for the nominal muscle; ``untried``: the effects that were not, and why; ``runs``: how
     runs of one protocol differ; ``rig``: what is known of it."""
     remains = left_unexplained(selection, runs)
-    location = _location(selection, remains)
     findings = _findings(selection, remains)
+    location = _location(selection, findings, remains)
     errors = fits(selection, nominal)
     helps = selection.final.problem.policy.helps
     wrong = _parameters_wrong(selection, nominal) and any(
