@@ -106,3 +106,13 @@ def test_no_experiment_goes_beyond_the_rig():
     assert {step.load for plan in (*plans(hung), *varied_there) if plan for step in plan.steps} == {0.588}
     cool = plans(reach(MUSCLE, 0.588, room, RigLimits(highest_temperature=ZERO_CELSIUS + 40.0)))
     assert max(s.current for plan in cool for s in plan.steps) < 0.2
+
+
+@pytest.mark.parametrize('by_person', [True, False])
+def test_no_person_is_asked_to_hang_a_load_for_one_step_among_many(by_person):
+    room, rng = ZERO_CELSIUS + 23.0, np.random.default_rng(1)
+    rig = reach(MUSCLE, 0.588, room, RigLimits(loads=(0.3, 0.6), by_person=by_person))
+    quick = next(plan for plan in plans(rig) if plan.name == 'very rapid switching')
+    drawn = [plan for _ in range(200) if (plan := varied(quick, rng, rig)) is not None]
+    at_one = [len({step.load for step in plan.steps}) == 1 for plan in drawn]
+    assert all(at_one) == by_person

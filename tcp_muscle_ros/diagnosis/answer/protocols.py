@@ -43,6 +43,7 @@ class Reach:
     loads: tuple[float, ...]  # ascending
     base: float  # of the loads, the nearest to the one at hand
     longest: float
+    by_person: bool  # who changes the load: not for one step among many, and each load is then played by itself
 
 
 def reach(muscle: Parameters, load: float, ambient: float, limits: RigLimits | None = None) -> Reach:
@@ -50,12 +51,13 @@ def reach(muscle: Parameters, load: float, ambient: float, limits: RigLimits | N
     the load at hand (N); ``ambient`` K."""
     if limits is None:
         base, full = max(load, 0.2), steady_current(muscle, _HOTTEST, ambient)
-        return Reach(full, _HALF_THE_TIME * full, _HOTTEST, (0.5 * base, base, 2.0 * base), base, _LONGEST)
+        loads = (0.5 * base, base, 2.0 * base)
+        return Reach(full, _HALF_THE_TIME * full, _HOTTEST, loads, base, _LONGEST, by_person=True)
     hung = tuple(sorted(limits.loads or (load,)))
-    hottest, most = min(_HOTTEST, limits.highest_temperature), limits.largest_current
-    full = min(steady_current(muscle, hottest, ambient), most)
+    hottest, largest = min(_HOTTEST, limits.highest_temperature), limits.largest_current
+    full = min(steady_current(muscle, hottest, ambient), largest)
     base = min(hung, key=lambda one: abs(one - load))
-    return Reach(full, min(_HALF_THE_TIME * full, most), hottest, hung, base, limits.longest_run)
+    return Reach(full, min(_HALF_THE_TIME * full, largest), hottest, hung, base, limits.longest_run, limits.by_person)
 
 
 def plans(rig: Reach) -> list[Plan]:
@@ -106,8 +108,8 @@ def _at_other_loads(steps: list[Step], rng: np.random.Generator, rig: Reach) -> 
 
 
 def _other(step: Step, rng: np.random.Generator, rig: Reach) -> Step:
-    """Longer or shorter, at another current, or under another load."""
-    what = int(rng.integers(3))
+    """Longer or shorter, at another current, or under another load where the rig changes it."""
+    what = int(rng.integers(2 if rig.by_person else 3))
     if what == 0:
         return replace(step, duration=step.duration * float(rng.choice(_LASTS)))
     if what == 1:
