@@ -108,6 +108,13 @@ def test_no_experiment_goes_beyond_the_rig():
     assert max(s.current for plan in cool for s in plan.steps) < 0.2
 
 
+def test_of_a_rig_of_which_nothing_is_said_no_more_current_is_asked_than_its_driver_allows():
+    room, rng = ZERO_CELSIUS + 23.0, np.random.default_rng(1)
+    rig = reach(MUSCLE, 0.588, room, most=0.27)
+    drawn = [varied(plan, rng, rig) for plan in plans(rig) for _ in range(40)]
+    assert max(step.current for plan in (*plans(rig), *drawn) if plan for step in plan.steps) == 0.27
+
+
 @pytest.mark.parametrize('by_person', [True, False])
 def test_no_person_is_asked_to_hang_a_load_for_one_step_among_many(by_person):
     room, rng = ZERO_CELSIUS + 23.0, np.random.default_rng(1)

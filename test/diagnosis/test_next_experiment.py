@@ -22,6 +22,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, with_effect
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for, shrink
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
+from tcp_muscle_ros.settings.rig import RigLimits
 
 CHANNELS = ['temperature', 'resistance', 'displacement']
 LATE = TRUE.with_effects('thermocouple_lag').replace({'thermocouple_lag.tau': 0.3})
@@ -36,11 +37,11 @@ def late():
     return bare, {rival.effect: rival for rival in rivals_for(bare, ranked, None)}
 
 
-def proposal(late, *names):
+def proposal(late, *names, limits=None):
     bare, rivals = late
     first = rivals[names[0]].fit
     drop = penalised(bare) - rivals[names[0]].score
-    return propose([rivals[name] for name in names], shrink(first, names[0]), drop)
+    return propose([rivals[name] for name in names], shrink(first, names[0]), drop, limits)
 
 
 def test_a_lag_is_told_from_a_delay_by_edges_that_follow_before_either_is_over(late):
@@ -48,6 +49,8 @@ def test_a_lag_is_told_from_a_delay_by_edges_that_follow_before_either_is_over(l
     assert found.name.endswith('rapid switching')
     assert set(found.separates) == {'thermocouple_lag', 'clock_skew'}
     assert found.power > 0.9
+    # Of the rig nothing is said: a driver that nobody has set refuses more.
+    assert max(step.current for step in found.steps) <= RigLimits().largest_current
 
 
 def test_a_model_is_not_told_from_itself(late):
@@ -83,9 +86,10 @@ def test_what_flows_is_told_from_an_end_that_turns_at_other_loads_but_not_surely
     bare = calibrate([experiment(CHANNELS, seed=1, muscle=flowing)], NOMINAL).fit
     ranked, _ = screen(bare, ['viscous_flow', 'torsional_leakage'])
     rivals = {rival.effect: rival for rival in rivals_for(bare, ranked, None)}
-    adapted = proposal((bare, rivals), 'viscous_flow', 'torsional_leakage')
+    rig = RigLimits(largest_current=0.4, loads=(0.294, 0.588, 1.176), longest_run=900.0)
+    adapted = proposal((bare, rivals), 'viscous_flow', 'torsional_leakage', limits=rig)
     monkeypatch.setattr(next_experiment, '_VARIED', 0)
-    found = proposal((bare, rivals), 'viscous_flow', 'torsional_leakage')
+    found = proposal((bare, rivals), 'viscous_flow', 'torsional_leakage', limits=rig)
     assert found.name in ('three loads', 'holds at three loads')
     assert found.separates == adapted.separates == ('viscous_flow', 'torsional_leakage')
     assert 0.1 < found.power < 0.5

@@ -141,7 +141,7 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     first = question.members[0].fit
     like = next((e for e in first.problem.experiments if e.model.motion in e.observed), first.problem.experiments[0])
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
-    rig = reach(first.muscle, like.holding.starting_load, ambient, limits)
+    rig = reach(first.muscle, like.holding.starting_load, ambient, limits, _usual_current(first.problem.experiments))
 
     def planned(plan: Plan) -> Planned:
         return Planned(plan, experiment_of(plan, like, ambient), question)
@@ -161,6 +161,14 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     names = question.names
     pair, power = max(told.items(), key=lambda one: (one[1] >= 0.5, names[0] in one[0], one[1]))
     return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
+
+
+def _usual_current(experiments: Sequence[Experiment]) -> float:
+    """The most (A) that is asked of a rig of which nothing is said: what a driver allows that nobody has set, or what
+    it was seen to give; infinite where it is given a power or a voltage."""
+    if any(e.imposed.kind != 'current' for e in experiments):
+        return float('inf')
+    return max(RigLimits().largest_current, *(float(np.max(e.imposed.drive)) for e in experiments))
 
 
 def _optimised(best: Planned, planned: Callable[[Plan], Planned], rig: Reach, first: Fit) -> Planned:

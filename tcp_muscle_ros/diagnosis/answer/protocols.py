@@ -46,13 +46,15 @@ class Reach:
     by_person: bool  # who changes the load: not for one step among many, and each load is then played by itself
 
 
-def reach(muscle: Parameters, load: float, ambient: float, limits: RigLimits | None = None) -> Reach:
+def reach(
+    muscle: Parameters, load: float, ambient: float, limits: RigLimits | None = None, most: float = float('inf')
+) -> Reach:
     """Within the rig's limits, where they are known; else no hotter than 90 degC at steady state, no more than twice
-    the load at hand (N); ``ambient`` K."""
+    the load at hand (N) and than ``most`` (A); ``ambient`` K."""
     if limits is None:
-        base, full = max(load, 0.2), steady_current(muscle, _HOTTEST, ambient)
+        base, full = max(load, 0.2), min(steady_current(muscle, _HOTTEST, ambient), most)
         loads = (0.5 * base, base, 2.0 * base)
-        return Reach(full, _HALF_THE_TIME * full, _HOTTEST, loads, base, _LONGEST, by_person=True)
+        return Reach(full, min(_HALF_THE_TIME * full, most), _HOTTEST, loads, base, _LONGEST, by_person=True)
     hung = tuple(sorted(limits.loads or (load,)))
     hottest, largest = min(_HOTTEST, limits.highest_temperature), limits.largest_current
     full = min(steady_current(muscle, hottest, ambient), largest)
