@@ -8,6 +8,7 @@ import yaml
 
 from tcp_muscle_ros.diagnosis.answer.protocols import plans, reach, varied
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.recording.protocol import read_protocol
 from tcp_muscle_ros.settings.parameter_file import read, write
 from tcp_muscle_ros.settings.rig import RigLimits, read_rig
 from tcp_muscle_ros.tool import main
@@ -104,6 +105,7 @@ def test_no_experiment_goes_beyond_the_rig():
     hung = reach(MUSCLE, 0.588, room, RigLimits())
     varied_there = [varied(plan, rng, hung) for plan in plans(hung) for _ in range(10)]
     assert {step.load for plan in (*plans(hung), *varied_there) if plan for step in plan.steps} == {0.588}
+    assert not [plan.name for plan in plans(hung) if 'loads' in plan.name or plan.name == 'load steps']
     cool = plans(reach(MUSCLE, 0.588, room, RigLimits(highest_temperature=ZERO_CELSIUS + 40.0)))
     assert max(s.current for plan in cool for s in plan.steps) < 0.2
 
@@ -123,3 +125,20 @@ def test_no_person_is_asked_to_hang_a_load_for_one_step_among_many(by_person):
     drawn = [plan for _ in range(200) if (plan := varied(quick, rng, rig)) is not None]
     at_one = [len({step.load for step in plan.steps}) == 1 for plan in drawn]
     assert all(at_one) == by_person
+
+
+def test_a_muscle_that_was_held_is_held_in_the_next_experiment(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lagging = MUSCLE.with_effects('thermocouple_lag').replace({'thermocouple_lag.tau': 0.6})
+    noise = {'temperature_noise_k': 0.15, 'force_noise_n': 2e-3, 'resistance_noise_ohm': 0.02}
+    for k in range(2):
+        write('muscle.yaml', lagging, operating={**noise, 'seed': k})
+        steps = '[{duration_s: 30, value: 0.25}, {duration_s: 40, value: 0.02}]'
+        (tmp_path / 'held.yaml').write_text(f'rate_hz: 4\ninput: current\nend: blocked\nrepeat: 3\nsegments: {steps}')
+        assert main(['simulate', 'held.yaml', '--params', 'muscle.yaml', '--output', f'held_{k}']) == 0
+    hanging = tmp_path / 'rig.yaml'
+    hanging.write_text('limits: {loads_n: [0.3]}')
+    for name, options, end in (('report', (), 'blocked'), ('hung', ('--rig', str(hanging)), 'load')):
+        assert main(['diagnose', 'held_0', 'held_1', '--output', name, *options]) == 0
+        planned = read_protocol(tmp_path / name / 'next_protocol.yaml')
+        assert planned.end == end and len(set(planned.sampled().load)) == 1

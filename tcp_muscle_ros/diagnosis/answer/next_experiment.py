@@ -41,23 +41,29 @@ _WORTH_IT = 1.02  # times the worth of the book's best, for which another is tak
 
 
 def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
-    """The plan as an experiment that observes what was observed before, at 20 Hz."""
+    """The plan as an experiment that observes what was observed before, at 20 Hz; an end that was held is held."""
     steps = plan.steps * plan.repeat
     edges = np.concatenate([[0.0], np.cumsum([s.duration for s in steps])])
     time = np.arange(0.0, edges[-1], 1.0 / _RATE)
     at = np.minimum(np.searchsorted(edges, time + 1e-9, side='right') - 1, len(steps) - 1)
     drive = np.array([s.current for s in steps])[at]
     load = np.array([s.load for s in steps])[at]
+    holding = like.holding if is_held(like) else Holding('load', float(load[0]))
     observed = {}
     for name in like.observed:
-        if name == 'force':
+        if name == 'force' and not is_held(like):
             continue  # at a loaded end the force is the load
         kept = np.abs(drive) > 0.01 if name == 'resistance' else np.ones(time.size, dtype=bool)
         kept &= np.arange(time.size) % max(1, round(time.size / _SAMPLES)) == 0
         if np.any(kept):
             observed[name] = Observed(time[kept], np.zeros(int(kept.sum())), np.ones(int(kept.sum())))
     imposed = Imposed('current', time, drive, load, np.full(time.size, ambient))
-    return Experiment(plan.name, imposed, Holding('load', float(load[0])), observed)
+    return Experiment(plan.name, imposed, holding, observed)
+
+
+def is_held(experiment: Experiment) -> bool:
+    """Whether something else than a load is at the muscle's end."""
+    return experiment.holding.end != 'load'
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +147,11 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     first = question.members[0].fit
     like = next((e for e in first.problem.experiments if e.model.motion in e.observed), first.problem.experiments[0])
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
+    if limits is not None and not limits.held_end:
+        like = replace(like, holding=Holding('load', like.holding.starting_load))
     rig = reach(first.muscle, like.holding.starting_load, ambient, limits, _usual_current(first.problem.experiments))
+    if is_held(like):
+        rig = replace(rig, loads=(rig.base,))  # none hangs there
 
     def planned(plan: Plan) -> Planned:
         return Planned(plan, experiment_of(plan, like, ambient), question)
@@ -160,7 +170,7 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     # Rather the one that is named from another than two others from each other.
     names = question.names
     pair, power = max(told.items(), key=lambda one: (one[1] >= 0.5, names[0] in one[0], one[1]))
-    return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, 'load', power)
+    return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, like.holding.end, power)
 
 
 def _usual_current(experiments: Sequence[Experiment]) -> float:

@@ -69,10 +69,12 @@ def plans(rig: Reach) -> list[Plan]:
         return replace(plan, steps=tuple(replace(step, current=min(step.current, rig.most)) for step in plan.steps))
 
     book = _book(rig.full, rig.loads[0], rig.base, rig.loads[-1])
+    # Under one load those that compare loads compare nothing.
+    of_loads = {plan.name for plan in _book(rig.full, 0.5, 1.0, 2.0) if len({step.load for step in plan.steps}) > 1}
     return [
         within(plan)
         for plan in book
-        if plan.duration <= rig.longest and (len(rig.loads) > 1 or len({step.load for step in plan.steps}) == 1)
+        if plan.duration <= rig.longest and (len(rig.loads) > 1 or plan.name not in of_loads)
     ]
 
 
