@@ -130,10 +130,12 @@ class RigLimits:
 
 @dataclass(frozen=True)
 class Rig:
-    """A rig: ``instruments[channel][key]`` is there where an instrument does not show the truth."""
+    """A rig: ``instruments[channel][key]`` is there where an instrument does not show the truth; ``source``: its file,
+    for messages."""
 
     instruments: Mapping[str, Mapping[str, Quantity]] = field(default_factory=dict)
     limits: RigLimits = RigLimits()
+    source: str = field(default='rig', compare=False)
 
     def sensor_effects(self) -> dict[str, float]:
         """The parameters (``thermocouple_lag.tau``) of the effects with which the model shows what this rig shows.
@@ -144,12 +146,18 @@ class Rig:
         values: dict[str, float] = {}
         late = [name for name, found in self.instruments.items() if 'delay_s' in found or 'pace' in found]
         if len(late) > 1:
-            raise BadInput(f'rig: the clocks of {" and ".join(late)} are late; the model delays one channel')
+            raise BadInput(
+                f'{self.source}: the clocks of {" and ".join(late)} are late, and the model delays one channel; '
+                'correct the stamps of the others, and leave them out'
+            )
         for channel, found in self.instruments.items():
             for key, quantity in found.items():
                 row = INSTRUMENTS[channel][key]
                 if not row.effect:
-                    raise BadInput(f'rig: {channel}.{key}: no effect of the model is that')
+                    raise BadInput(
+                        f'{self.source}: {channel}.{key}: no instrument of the model does that; correct the recording '
+                        'by it, and leave it out'
+                    )
                 values[row.effect] = (quantity.inverse() if row.inverse else quantity).value
         if late:
             values |= {'clock_skew.channel': float(DELAYED.index(late[0]))}
@@ -186,7 +194,7 @@ def parse_rig(file: Section) -> Rig:
     for channel in section.names():
         entry = section.section(channel).only(*INSTRUMENTS[channel])
         instruments[channel] = {key: _quantity(entry, key, INSTRUMENTS[channel][key]) for key in entry.names()}
-    return Rig(instruments, _limits(file.section('limits')))
+    return Rig(instruments, _limits(file.section('limits')), file.where)
 
 
 def _quantity(entry: Section, key: str, row: Row) -> Quantity:

@@ -85,7 +85,7 @@ def test_a_rig_that_cannot_be_is_one_line(lab, tmp_path, capsys, text, said):
     asked = ('--rig', str(tmp_path / 'rig.yaml'), '--output', str(tmp_path / 'o'))
     assert main(['diagnose', str(lab / 'bag'), *asked]) == 2
     line = capsys.readouterr().err.strip()
-    assert said in line and '\n' not in line
+    assert said in line and '\n' not in line and str(tmp_path / 'rig.yaml') in line
     assert not (tmp_path / 'o').exists()
 
 
