@@ -22,3 +22,7 @@ def test_the_worked_example_finds_what_was_hidden_and_the_document_shows_it(tmp_
     document = (ROOT / 'docs' / 'reading_a_report.md').read_text()
     shown = re.search(r'<!-- table: terminal -->\n```\n(.*?)\n```', document, re.DOTALL)[1]
     assert [line.split()[0] for line in shown.splitlines()[3:]] == [line.split()[0] for line in text.splitlines()[3:]]
+    errors, explained = report['fit']['displacement'], (ROOT / 'docs' / 'diagnosis.md').read_text()
+    falls = {'rmse_nominal': "the paper's parameters", 'rmse_calibrated': 'calibrated, no new physics (step 3)'}
+    for error, what in falls.items():
+        assert f'| {what} | {1e3 * errors[error]:.2f} mm |' in explained
