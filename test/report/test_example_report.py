@@ -26,3 +26,21 @@ def test_the_worked_example_finds_what_was_hidden_and_the_document_shows_it(tmp_
     falls = {'rmse_nominal': "the paper's parameters", 'rmse_calibrated': 'calibrated, no new physics (step 3)'}
     for error, what in falls.items():
         assert f'| {what} | {1e3 * errors[error]:.2f} mm |' in explained
+
+
+def test_the_explanation_keeps_to_three_pages_and_its_rates_are_those_of_the_proof():
+    explained, proof = ((ROOT / 'docs' / name).read_text() for name in ('diagnosis.md', 'proof.md'))
+    assert len(explained.split()) <= 3 * 700
+    scores = (
+        'false physics on nulls',
+        'decoys named as physics',
+        'single named first',
+        'two effects, exactly',
+        'two effects, one at least',
+        'three effects, exactly',
+        'unlisted flagged',
+        'unlisted given a false name',
+    )
+    for score in scores:
+        right, of = re.search(rf'^\| {score} \|.*?\| (\d+)/(\d+) \|', proof, re.MULTILINE).groups()
+        assert re.search(rf'\b{right} of\s{of}\b', explained), score
