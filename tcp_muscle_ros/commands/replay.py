@@ -98,7 +98,8 @@ def run(args: argparse.Namespace) -> int:
     if output:
         with in_place_of(output) as draft:
             write_overlay(draft, experiment, compared)
-        print(f'{args.output}: /recorded and /predicted')
+        band = ', with its band /predicted_low to /predicted_high' if others else ''
+        print(f'{args.output}: /recorded and /predicted{band}')
     if figure:
         from tcp_muscle_ros.report.comparison import draw_comparison
 

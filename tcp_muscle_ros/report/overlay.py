@@ -15,8 +15,14 @@ from tcp_muscle_ros.recording.recording import Channel, Recording
 def write_overlay(
     path: str | Path, experiment: Experiment, compared: Mapping[str, Comparison], name: str = 'predicted'
 ) -> None:
-    """Write what was recorded under ``/recorded``, the predictions under ``/<name>``. BadInput if the bag exists."""
-    write_overlays(path, experiment, {name: {channel: c.predicted for channel, c in compared.items()}})
+    """Write what was recorded under ``/recorded``, the predictions under ``/<name>``, and where there is a 90 % band
+    its edges under ``/<name>_low`` and ``/<name>_high``. BadInput if the bag exists."""
+    edges = {
+        f'{name}_{side}': {channel: edge for channel, c in compared.items() if (edge := getattr(c, side)) is not None}
+        for side in ('low', 'high')
+    }
+    predicted = {name: {channel: c.predicted for channel, c in compared.items()}}
+    write_overlays(path, experiment, predicted | {label: found for label, found in edges.items() if found})
 
 
 def write_overlays(

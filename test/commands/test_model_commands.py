@@ -120,6 +120,8 @@ def test_a_calibrated_file_loads_replays_to_the_noise_and_carries_its_intervals(
     predicted = read_bag(bag, namespace='predicted')
     recorded = read_bag(bag, namespace='recorded')
     assert np.std(predicted['temperature'].value - recorded['temperature'].value) < 0.25
+    low, high = (read_bag(bag, namespace=f'predicted_{side}')['temperature'].value for side in ('low', 'high'))
+    assert np.all(low <= high) and np.any(low < predicted['temperature'].value)
 
 
 @pytest.mark.parametrize(
