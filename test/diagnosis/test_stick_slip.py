@@ -3,6 +3,7 @@
 import os
 from itertools import pairwise, product
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters, simulate
 from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
 from tcp_muscle_ros.recording.import_map import read_import_map
+from tcp_muscle_ros.recording.recording import Channel, Recording
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get('TCP_MUSCLE_SHARED', ROOT.parent / 'shared')) / 'data'
@@ -111,3 +113,18 @@ def test_the_stroke_of_the_bench_rig_sticks_and_slips_and_its_force_does_not():
     assert len(told) == 1 and 'the stroke sticks and slips in' in told[0] and 'jumps both ways' in told[0]
     one, other = found['stroke_2W_2'].sizes(), found['stroke_2W_5'].sizes()
     assert alike(one, other) > 0.05
+
+
+def test_rests_are_seen_beside_a_model_that_rests_itself():
+    """Friction that was found rests too, and would explain away that the recording sticks and slips."""
+    shown_by = stroke(sticking(3))
+    drive = np.where((TIME > 25.0) & (TIME < 55.0), 1.0, 0.0)
+    channels = {'power': Channel('power', TIME, drive, ''), 'displacement': Channel('displacement', TIME, shown_by, '')}
+    experiment = prepare(
+        Recording('run', {**channels, 'load': Channel('load', TIME[:1], np.array([0.1]), '')}, 0), NOMINAL
+    )
+    smooth = calibrate([experiment], NOMINAL).fit
+    resting = SimpleNamespace(problem=smooth.problem, left=[{'displacement': np.zeros(TIME.size)}])
+    assert on_rests(resting) == ()
+    (told,) = on_rests(resting, smooth)
+    assert 'the stroke sticks and slips in 1 of 1 recordings' in told

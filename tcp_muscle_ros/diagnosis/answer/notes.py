@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature,
 from tcp_muscle_ros.diagnosis.fitting.warm_start import warm_at_the_start
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment, one_load
+from tcp_muscle_ros.diagnosis.observation.stopping import stops
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.remaining import wandering
 from tcp_muscle_ros.diagnosis.search.selected import Selection
@@ -131,10 +132,17 @@ def on_shared(selection: Selection, unexplained: Unexplained | None) -> tuple[st
     )
 
 
-def on_rests(fitted: Fit) -> tuple[str, ...]:
-    """In which recordings a channel rests and jumps where the model moves, and where a contraction stops short."""
+def on_rests(fitted: Fit, smooth: Fit | None = None) -> tuple[str, ...]:
+    """In which recordings a channel rests and jumps where the model moves, and where a contraction stops short.
+
+    ``smooth``: the same without what was found, which may rest itself (friction) and so explain away what is seen.
+    """
     said = []
     seen = list(_signatures(fitted))
+    if smooth is not None:
+        plain = {(label, name): s for label, name, s in _signatures(smooth) if s.kind == CHANCE}
+        seen = [(label, name, plain.get((label, name), s)) for label, name, s in seen]
+    stopped = {e.name for e in fitted.problem.experiments if _stop(e)}
     for channel in dict.fromkeys(name for _, name, _ in seen):
         mine = [(label, s) for label, name, s in seen if name == channel]
         sticking = [s for _, s in mine if s.kind == CHANCE]
@@ -152,9 +160,37 @@ def on_rests(fitted: Fit) -> tuple[str, ...]:
             f'{label}: the {quantity(channel)} stops changing while the simulation goes on: a mechanical stop, such as '
             f'coils in contact, a rail or a string'
             for label, s in mine
-            if s.kind == STOP
+            if s.kind == STOP and label not in stopped
         ]
     return tuple(said)
+
+
+def on_stops(experiments: Sequence[Experiment]) -> tuple[str, ...]:
+    """Which contractions end against something, and how far each has come: seen in the recording itself, for a model
+    bends to it."""
+    found = {e.name: stop for e in experiments if (stop := _stop(e))}
+    if not found:
+        return ()
+    channel = experiments[0].model.motion
+    shown = experiments[0].model.channels[channel]
+    each = ', '.join(
+        f'{name} at {at * shown.factor:.3g} {shown.unit} from {first:.1f} to {last:.1f} s'
+        for name, (first, last, at) in found.items()
+    )
+    return (
+        f'the {quantity(channel)} ends against a stop, such as coils in contact, a rail or a string: {each}; it came '
+        f'there without slowing down and then stayed while the heating went on, so a model fitted to these recordings '
+        f'bends to the stop',
+    )
+
+
+def _stop(experiment: Experiment) -> tuple[float, float, float] | None:
+    """The stop at which the motion in a recording ends: from when to when (s from its start), and where (m)."""
+    o, drive = experiment.observed.get(experiment.model.motion), experiment.imposed
+    begin = float(drive.time[0])
+    for first, last, at in stops(o.time, o.value, drive.time, drive.drive) if o is not None else ():
+        return first - begin, last - begin, at
+    return None
 
 
 def _signatures(fitted: Fit) -> Iterator[tuple[str, str, Signature]]:
