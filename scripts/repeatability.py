@@ -18,7 +18,7 @@ from real_diagnoses import power_of
 from real_recordings import GROUPS, NOMINAL, PAGE, ROOT, Group, channel_of, experiments
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
-from tcp_muscle_ros.diagnosis.fitting.stick_slip import signature
+from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, signature
 from tcp_muscle_ros.diagnosis.noise.repeatability import SCALES, Repeatability, repeatability
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
@@ -49,7 +49,7 @@ def sticks(runs: list[Experiment]) -> int:
     for run in runs:
         name = channel_of(run)
         o, left = run.observed[name], calibrate([run], NOMINAL).fit.left[0][name]
-        count += signature(o.time, o.value, o.value - left).kind == 'stick_slip'
+        count += signature(o.time, o.value, o.value - left).kind == CHANCE
     return count
 
 

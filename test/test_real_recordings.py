@@ -76,3 +76,11 @@ def test_strokes_that_fix_no_parameter_and_move_plainly_are_not_too_little(runs)
     assert found.verdict in ('unexplained', 'not_repeatable') and found.findings == ()
     assert found.location is not None and found.location.channel == 'displacement'
     assert any('no listed effect was tried' in note for note in found.notes)
+
+
+def test_the_table_of_the_document_counts_the_runs_that_stick(runs, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / 'scripts'))
+    from repeatability import sticks
+
+    mine = {n: prepare(runs[n], NOMINAL, most=None) for n in ('stroke_3W_1a', 'stroke_3W_5a', 'force_4W_1')}
+    assert [sticks([run]) for run in mine.values()] == [1, 1, 0]
