@@ -127,6 +127,9 @@ def test_the_verdict_on_runs_that_differ_is_that_they_do_and_no_physics_is_named
     assert [r.protocol for r in found.runs] == [1] * 4
     gains = [r.gain for r in found.runs]
     assert max(gains) / min(gains) == pytest.approx(GAINS[-1] / GAINS[0], rel=0.15)
+    said = next(note for note in found.notes if note.startswith('runs of one protocol differ in the stroke by'))
+    quick, _, slow = (100.0 * share for share in repeated.by_scale)
+    assert f'({quick:.1f} % quicker than 2 s, ' in said and f'{slow:.1f} % slower)' in said
 
 
 def test_a_power_and_one_output_show_no_circumstance_of_a_recording(specimens):

@@ -65,7 +65,7 @@ class RunToRun:
 
     Where that is more than noise, ``channel`` shows it most: ``repeatability`` with a gain of its own for each run,
     ``plain`` without, and the ``error`` of the improved model, all as shares of the peak; ``own_gain``: whether each
-    recording was given one; ``runs``: one by one.
+    recording was given one; ``runs``: one by one; ``scales``: of ``repeatability``, what is quick, between, and slow.
     """
 
     sizes: Mapping[str, float]
@@ -75,6 +75,7 @@ class RunToRun:
     error: float = float('nan')
     own_gain: bool = False
     runs: tuple[Run, ...] = ()
+    scales: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from tcp_muscle_ros.diagnosis.answer.sentences import quantity
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
-from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability
+from tcp_muscle_ros.diagnosis.noise.repeatability import SCALES, Repeatability
 from tcp_muscle_ros.diagnosis.noise.replicates import protocols
 from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
@@ -45,7 +45,7 @@ def run_to_run(
     several = [protocol.recordings for protocol in protocols(selection.final.problem.followed)]
     error = _error(selection.final, channel, several)
     runs = _runs(selection.final, nominal, channel, several)
-    return RunToRun(sizes, channel, found.own_gain, found.plain, error, own, runs)
+    return RunToRun(sizes, channel, found.own_gain, found.plain, error, own, runs, found.by_scale)
 
 
 def _error(fitted: Fit, channel: str, several: Sequence[Sequence[int]]) -> float:
@@ -148,6 +148,14 @@ def notes_on_runs(found: RunToRun | None) -> tuple[str, ...]:
             f'improved.yaml has the mean), and '
         )
     return (
-        f'runs of one protocol differ in the {name} by {100.0 * found.repeatability:.1f} % of the peak: {gain}an '
-        f'effect is named only where it explains more than this difference',
+        f'runs of one protocol differ in the {name} by {100.0 * found.repeatability:.1f} % of the peak'
+        f'{_scales(found)}: {gain}an effect is named only where it explains more than this difference',
     )
+
+
+def _scales(found: RunToRun) -> str:
+    """How quick that is by which runs differ: jumps, or another course."""
+    quick, slow = SCALES
+    names = (f'quicker than {quick:g} s', f'from {quick:g} to {slow:g} s', 'slower')
+    said = [f'{100.0 * s:.1f} % {name}' for name, s in zip(names, found.scales, strict=False) if np.isfinite(s)]
+    return f' ({", ".join(said)})' if said else ''
