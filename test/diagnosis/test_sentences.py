@@ -114,6 +114,8 @@ def test_noise_has_no_sign():
 def test_what_all_findings_do_is_said_where_they_do_it():
     place = located(0.5)
     assert told(place).endswith('with it the error on unseen data falls from 0.6 K to 0.2 K (noise 0.1 K).')
+    same = ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.202, 0.199))
+    assert told(place, temperature=same).endswith('the error on unseen data stays about 0.2 K (noise 0.1 K).')
     worse = ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.2, 0.6))
     assert 'falls' not in told(place, temperature=worse)
     assert 'falls' not in told(place, temperature=ChannelFit(1.0, 0.5, 0.1, 0.1))

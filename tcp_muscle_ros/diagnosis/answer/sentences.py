@@ -151,10 +151,11 @@ def _joined(findings: Sequence[Finding]) -> str:
 
 
 def _better(channel: str, findings: Sequence[Finding], fits: Mapping[str, ChannelFit]) -> str:
-    """What all findings together do to the error on unseen data, where they lower it."""
+    """What all findings together do to the error on unseen data, where they do not raise it."""
     fit = fits.get(channel)
     if fit is None or fit.held_out is None or not fit.held_out.after < fit.held_out.before:
         return ''
-    change = f'from {amount(channel, fit.held_out.before)} to {amount(channel, fit.held_out.after)}'
+    before, after, noise = (amount(channel, e) for e in (fit.held_out.before, fit.held_out.after, fit.noise))
+    change = f'falls from {before} to {after}' if before != after else f'stays about {after}'
     them = 'it' if len(findings) == 1 else 'all that was found'
-    return f'; with {them} the error on unseen data falls {change} (noise {amount(channel, fit.noise)})'
+    return f'; with {them} the error on unseen data {change} (noise {noise})'
