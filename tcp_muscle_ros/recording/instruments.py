@@ -34,6 +34,8 @@ _APART = 0.2  # of its largest value, between the two levels of a drive: less is
 _AT_A_LEVEL, _NEAR = 0.9, 0.2  # share of samples at one of the two, to within so much of what is between them
 _CYCLES, _CYCLE = 20, 6  # on and off again at least so often, usually within so many samples
 _SLOWER = 1.5  # periods of the quickest output: a drive that has fewer samples was told when it changed
+_REST, _RESTING = 30.0, 10  # s before the drive comes on, in which at least so many samples show a channel at rest
+_LEFT, _MOVED = 0.02, 3  # of its motion, by which it has left it; samples in which it then moves on
 _BETTER, _EVIDENCE = 0.8, 60.0  # of the squares left over, and half of log likelihood ratio, that a lead must reach
 
 
@@ -47,7 +49,7 @@ def instrument_faults(recording: Recording) -> Iterator[tuple[str, str, str]]:
         yield from _tone(channel, drive)
         if drive is not None and len(drive) > 1 and channel.name in ('temperature', 'displacement', 'force'):
             yield from _steps_at_switches(recording, channel, drive)
-            yield from _ahead(channel, drive)
+            yield from list(_ahead(channel, drive)) or _moves_first(channel, drive)
     yield from _contradictions(recording)
     if drive is not None and len(drive) >= _ENOUGH:
         yield from _undersampled(drive, recording)
@@ -205,6 +207,30 @@ def _ahead(channel: Channel, drive: Channel) -> Iterator[tuple[str, str, str]]:
         return
     if 0.5 * grid.size * np.log(late / max(early[lead], 1e-300)) > _EVIDENCE:
         told = f'{channel.name}: moves {lead:.3g} s before the {drive.name} that moves it: their clocks differ'
+        yield channel.name, 'clock', told
+
+
+def _moves_first(channel: Channel, drive: Channel) -> Iterator[tuple[str, str, str]]:
+    """A channel that leaves its rest before the drive first comes on, and goes on as it does when it is on."""
+    on = np.flatnonzero(drive.value > 0.3 * float(np.max(drive.value)))
+    if not on.size or on[0] == 0:
+        return
+    came, period = float(drive.time[on[0]]), float(np.median(np.diff(channel.time)))
+    before = channel.time < came - max(SAME_INSTANT, 0.1 * period)
+    resting = before & (channel.time < came - _LEADS[-1]) & (channel.time > came - _REST)
+    after = channel.value[(channel.time >= came) & (channel.time < came + _LEADS[-1])]
+    if np.count_nonzero(resting) < _RESTING or after.size < 2:
+        return
+    rest = float(np.median(channel.value[resting]))
+    way = (channel.value - rest) * np.sign(after[-1] - rest)
+    scatter = max(float(np.std(way[resting])), float(np.max(np.abs(way[resting]))) / _SURE)
+    out = way > max(_SURE * scatter, _LEFT * float(np.ptp(channel.value)))
+    inside = np.flatnonzero(before)
+    still = inside[~out[inside]]
+    first = int(still[-1]) + 1  # from there on it is out throughout
+    lead, rising = came - float(channel.time[first]), np.diff(way[first : inside[-1] + 1])
+    if inside[-1] - first >= _MOVED and lead > 2.0 * period and float(np.mean(rising >= 0.0)) > _ALIKE:
+        told = f'{channel.name}: moves at least {lead:.2g} s before the {drive.name} that moves it: their clocks differ'
         yield channel.name, 'clock', told
 
 

@@ -79,6 +79,30 @@ def test_a_channel_of_another_clock_that_is_ahead_is_named(sound):
     assert 'temperature: moves 2 s before the current that moves it' in found['temperature', 'clock']
 
 
+def heated_once(ahead=0.0, noise=2e-5, drift=0.0, sticks=False):
+    """One heating after a rest, as a bench has it: a stroke, on a clock that is so much (s) ahead."""
+    time = np.arange(400) / 5.0
+    rise = np.where(time < 25.0, 0.0, 1.0 - np.exp(-np.maximum(time - 25.0, 0.0) / 9.0))
+    stroke = 0.04 * np.where(time < 55.0, rise, rise[275] * np.exp(-(time - 55.0) / 9.0))
+    stroke = np.round(stroke / 3e-3) * 3e-3 if sticks else stroke  # it rests, and then jumps
+    stroke = stroke + drift * time + noise * np.random.default_rng(2).standard_normal(time.size)
+    power = Channel('power', time, 3.0 * ((time >= 25.0) & (time < 55.0)), 'power')
+    return Recording('', {'power': power, 'displacement': Channel('displacement', time - ahead, stroke, '')}, 0)
+
+
+@pytest.mark.parametrize('seen', [{}, {'noise': 2e-4}, {'sticks': True, 'noise': 0.0}])
+def test_what_moves_before_its_only_heating_is_of_another_clock(seen):
+    found = named(heated_once(2.0, **seen))
+    assert set(found) == {('displacement', 'clock')}
+    assert ' s before the power that moves it: their clocks differ' in found['displacement', 'clock']
+    assert named(heated_once(0.0, **seen)) == {} and named(heated_once(-2.0, **seen)) == {}
+
+
+def test_a_channel_that_drifts_while_it_rests_does_not_move_before_its_heating():
+    for drift in (1e-5, 1e-4, -1e-4):
+        assert named(heated_once(drift=drift)) == {}
+
+
 def test_a_channel_that_is_late_may_be_heat_that_is_late(sound):
     assert named(changed(sound, 'temperature', lambda t, v: (t[:-20] + 2.0, v[:-20]))) == {}
 
