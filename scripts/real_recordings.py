@@ -38,7 +38,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
 from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.report.marked import replace_marked
-from tcp_muscle_ros.report.style import CHANNEL_AXIS, PREDICTED, RECORDED, canvas, save, shown
+from tcp_muscle_ros.report.style import AFTER, BEFORE, CHANNEL_AXIS, PREDICTED, RECORDED, canvas, save, shown
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / 'docs' / 'real_recordings.md'
@@ -203,13 +203,13 @@ def draw_repeated(group: Group, runs: dict[str, Experiment], outcome: Outcome) -
             low, high = shown(channel, middle - half), shown(channel, middle + half)
             axis.fill_between(time_s, low, high, color='#999999', alpha=0.3, linewidth=0, label='repeatability')
         models = (
-            ('paper, recalibrated', outcome.diagnosis.calibrated, ':'),
-            ('improved', outcome.diagnosis.improved, '-'),
+            ('improved', outcome.diagnosis.improved, '-', AFTER),
+            ('paper, recalibrated', outcome.diagnosis.calibrated, ':', BEFORE),  # on top: often they are the same
         )
-        for label, muscle, style in models:
+        for label, muscle, style, colour in models:
             if muscle is not None:
                 course = with_gain(first.predict(muscle)[channel], np.where(np.isfinite(middle), middle, seen))
-                axis.plot(time_s, shown(channel, course), style, color=PREDICTED, linewidth=1.6, label=label)
+                axis.plot(time_s, shown(channel, course), style, color=colour, linewidth=1.6, label=label)
         axis.set_title(power_of(names[0]), fontsize=9)
         axis.set_xlabel('time (s)')
         axis.set_ylabel(CHANNEL_AXIS[channel])
