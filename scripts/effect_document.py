@@ -54,7 +54,8 @@ controller inverts the tables of stroke and stiffness. If a table makes the stro
 the turn, and setpoints beyond it are refused. `stick_slip` moves at random instants, the same for the same seed.
 Where the listed effects leave an error,
 `diagnose` tries the free laws, and reports one that unseen data confirm as `unlisted`, with its curve. It does not fit
-`stick_slip`, whose random instants have no derivative.
+`stick_slip`, whose random instants have no derivative: where a stroke sticks and slips, a note says with which values a
+simulation has such jumps and rests, and a figure shows one beside the recording.
 
 ```yaml
 /**:

@@ -284,12 +284,33 @@ def draw_experiment(path: Path, diagnosis: Diagnosis) -> Said | None:
     )
 
 
+def draw_sticking(path: Path, diagnosis: Diagnosis) -> Said | None:
+    """One simulated run that sticks and slips beside the recorded one: the same kind of motion at other instants."""
+    run = diagnosis.imitated
+    if run is None:
+        return None
+    figure, axes = canvas(1, 2, height=3.2, sharey=True)
+    for axis, value, label, colour in zip(
+        axes, (run.recorded, run.simulated), ('recorded', 'simulated with stick_slip'), (RECORDED, AFTER), strict=True
+    ):
+        axis.step(run.time, shown(run.channel, value), where='post', color=colour, linewidth=1.1)
+        axis.set_title(label, fontsize=10)
+        axis.set_xlabel('time (s)')
+    axes[0].set_ylabel(CHANNEL_AXIS[run.channel])
+    save(figure, path)
+    return Said(
+        'One recorded run and one simulated: the same kind of motion; the instants of the jumps are chance.',
+        f'The {run.channel} of {run.name}, recorded, and simulated with stick-slip: both rest and jump',
+    )
+
+
 FIGURES: dict[str, Callable[[Path, Diagnosis], Said | None]] = {
     'channels.png': draw_channels,
     'driver.png': draw_driver,
     'loop.png': draw_loop,
     'ranking.png': draw_ranking,
     'experiment.png': draw_experiment,
+    'sticking.png': draw_sticking,
 }
 
 

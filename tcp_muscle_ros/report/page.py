@@ -61,7 +61,7 @@ def render(
     return environment.get_template('report.html.j2').render(
         **_told(diagnosis),
         steps=steps(diagnosis, asked),
-        figures={name: pictures.get(name) for name in ('driver', 'loop', 'ranking', 'experiment')},
+        figures={name: pictures.get(name) for name in ('driver', 'loop', 'ranking', 'experiment', 'sticking')},
         still=pictures.get(_STILL.removesuffix('.png')),
         data=embedded(data) if data else None,
         models=[model.label for model in compared(diagnosis)],

@@ -1,6 +1,7 @@
 """Rests and jumps beside a smooth prediction: told from coarse readings, noise, slips, stops, and other physics."""
 
 import os
+from dataclasses import replace
 from itertools import pairwise, product
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,9 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tcp_muscle_ros.diagnosis.answer.notes import on_rests
+from tcp_muscle_ros.diagnosis.answer.notes import imitated, on_rests
+from tcp_muscle_ros.diagnosis.answer.sticking import imitation, said_of
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, Signature, alike, signature
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters, simulate
 from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
@@ -115,16 +118,34 @@ def test_the_stroke_of_the_bench_rig_sticks_and_slips_and_its_force_does_not():
     assert alike(one, other) > 0.05
 
 
+def recorded(displacement: np.ndarray) -> Experiment:
+    drive = np.where((TIME > 25.0) & (TIME < 55.0), 1.0, 0.0)
+    channels = {'power': (TIME, drive), 'displacement': (TIME, displacement), 'load': (TIME[:1], np.array([0.1]))}
+    return prepare(Recording('run', {n: Channel(n, *of, '') for n, of in channels.items()}, 0), NOMINAL)
+
+
+def test_what_sticks_is_simulated_with_jumps_and_rests_of_the_same_kind():
+    runs, found = zip(*((recorded(stroke(sticking(seed))), shown(sticking(seed))) for seed in range(4)), strict=True)
+    like = imitation(runs, NOMINAL, found)
+    assert 0.6 < like.values['stick_slip.Fb'] / 0.05 < 1.6 and 0.4 < like.values['stick_slip.s'] < 1.2
+    assert like.jumps > 0.01 and like.rests > 0.01
+    assert 'has jumps as large (p = ' in said_of(like)
+    assert imitation(runs[:1], NOMINAL, [shown(NOMINAL)]) is None and said_of(None) == ''
+    even = [replace(s, jumps=tuple(replace(j, size=np.sign(j.size) * 1e-3) for j in s.jumps)) for s in found]
+    assert 'jumps of other sizes (p < 0.001)' in said_of(imitation(runs, NOMINAL, even))
+
+
 def test_rests_are_seen_beside_a_model_that_rests_itself():
     """Friction that was found rests too, and would explain away that the recording sticks and slips."""
-    shown_by = stroke(sticking(3))
-    drive = np.where((TIME > 25.0) & (TIME < 55.0), 1.0, 0.0)
-    channels = {'power': Channel('power', TIME, drive, ''), 'displacement': Channel('displacement', TIME, shown_by, '')}
-    experiment = prepare(
-        Recording('run', {**channels, 'load': Channel('load', TIME[:1], np.array([0.1]), '')}, 0), NOMINAL
-    )
-    smooth = calibrate([experiment], NOMINAL).fit
+    smooth = calibrate([recorded(stroke(sticking(3)))], NOMINAL).fit
     resting = SimpleNamespace(problem=smooth.problem, left=[{'displacement': np.zeros(TIME.size)}])
     assert on_rests(resting) == ()
     (told,) = on_rests(resting, smooth)
     assert 'the stroke sticks and slips in 1 of 1 recordings' in told
+    assert 'a simulation with stick_slip.Fb ' in told
+    beside = imitated(resting, smooth)
+    assert np.array_equal(beside.recorded, stroke(sticking(3))) and beside.time[0] == 0.0
+    jumps = [np.count_nonzero(np.abs(np.diff(run)) > 5e-4) for run in (beside.recorded, beside.simulated)]
+    assert 0.4 < jumps[1] / jumps[0] < 2.5
+    plain = calibrate([recorded(stroke(NOMINAL))], NOMINAL).fit
+    assert imitated(plain, plain) is None

@@ -22,7 +22,7 @@ from report.diagnoses import (
 )
 from report.html_page import Page
 
-from tcp_muscle_ros.diagnosis.answer.findings import VERDICTS, Value
+from tcp_muscle_ros.diagnosis.answer.findings import VERDICTS, Imitated, Value
 from tcp_muscle_ros.diagnosis.answer.issues import with_faults
 from tcp_muscle_ros.diagnosis.answer.replaying import replay
 from tcp_muscle_ros.errors import BadInput
@@ -465,3 +465,13 @@ def test_a_sensor_that_stands_still_is_the_verdict_before_whatever_is_weaker():
     for made in (match, wrong_parameters, not_repeatable):
         assert with_faults(made()[0], ['displacement stands still']).verdict == 'sensor_or_setup'
     assert with_faults(creep()[0], ['displacement stands still']).verdict == 'missing_physics'
+
+
+def test_a_run_that_sticks_is_shown_beside_a_simulated_one(tmp_path):
+    d, _ = match()
+    time = np.arange(100) / 5.0
+    run = Imitated('run_1', 'displacement', time, np.floor(time) * 1e-3, np.floor(time + 0.5) * 1e-3)
+    drawn = draw_all(tmp_path, replace(d, imitated=run))
+    assert (tmp_path / 'sticking.png').exists() and 'sticking.png' not in {f.file for f in draw_all(tmp_path, d)}
+    page = render(replace(d, imitated=run), drawn, tmp_path)
+    assert 'One recorded run and one simulated: the same kind of motion' in page

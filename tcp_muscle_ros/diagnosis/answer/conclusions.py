@@ -21,6 +21,7 @@ from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, 
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
 from tcp_muscle_ros.diagnosis.answer.notes import (
+    imitated,
     on_age,
     on_bent_form,
     on_cut_short,
@@ -335,6 +336,7 @@ def conclude(
         repeatability={name: runs.sizes.get(name) if runs else None for name in selection.structure_after},
         runs=runs.runs if runs else (),
         would_help=would_help(findings, proposal, experiments),
+        imitated=imitated(selection.final, selection.calibrated),
     )
 
 

@@ -231,6 +231,18 @@ class Series:
 
 
 @dataclass(frozen=True)
+class Imitated:
+    """A recording (its ``name``) that sticks and slips, and one simulation that does, at ``time`` (s): ``recorded`` and
+    ``simulated`` (SI, shape (n,)) of a ``channel``."""
+
+    name: str
+    channel: str
+    time: Array
+    recorded: Array
+    simulated: Array
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole outcome.
 
@@ -241,6 +253,7 @@ class Diagnosis:
     ``repeatability``: by channel what runs of one protocol do not share (SI), None where there are no replicates.
     ``runs``: what each has for itself where they differ.
     ``doubtful``: effects that were found and are not named, for they are more likely absent than there.
+    ``imitated``: the recording that sticks and slips most beside a simulation that does, None where none does.
     ``would_help``: what to record so that an undecided question can be decided, where no planned experiment would.
     """
 
@@ -272,6 +285,7 @@ class Diagnosis:
     verdict_probability: float | None = None
     would_help: tuple[str, ...] = ()
     doubtful: tuple[Weighed, ...] = ()
+    imitated: Imitated | None = None
 
 
 def strengths(effect: str, parameters: Mapping[str, Value]) -> list[tuple[Value, float]]:

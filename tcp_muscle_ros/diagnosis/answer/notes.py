@@ -4,8 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.answer.findings import Imitated
 from tcp_muscle_ros.diagnosis.answer.free_curve import driver_of
 from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
+from tcp_muscle_ros.diagnosis.answer.sticking import imitation, one_run, said_of
 from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature, signature
@@ -138,31 +140,52 @@ def on_rests(fitted: Fit, smooth: Fit | None = None) -> tuple[str, ...]:
     ``smooth``: the same without what was found, which may rest itself (friction) and so explain away what is seen.
     """
     said = []
-    seen = list(_signatures(fitted))
-    if smooth is not None:
-        plain = {(label, name): s for label, name, s in _signatures(smooth) if s.kind == CHANCE}
-        seen = [(label, name, plain.get((label, name), s)) for label, name, s in seen]
-    stopped = {e.name for e in fitted.problem.experiments if _stop(e)}
+    seen = _beside(fitted, smooth)
     for channel in dict.fromkeys(name for _, name, _ in seen):
-        mine = [(label, s) for label, name, s in seen if name == channel]
-        sticking = [s for _, s in mine if s.kind == CHANCE]
+        mine = [(e, s) for e, name, s in seen if name == channel]
+        sticking = [(e, s) for e, s in mine if s.kind == CHANCE]
         if sticking:
-            rests = np.concatenate([s.durations() for s in sticking])
-            jumps = np.concatenate([s.sizes() for s in sticking])
+            runs, found = zip(*sticking, strict=True)
+            rests = np.concatenate([s.durations() for s in found])
+            jumps = np.concatenate([s.sizes() for s in found])
             low, high = (amount(channel, float(np.quantile(jumps, q))) for q in (0.1, 0.9))
             short, long = np.quantile(rests, (0.1, 0.9))
+            moves = channel == fitted.problem.model.motion
+            like = said_of(imitation(runs, (smooth or fitted).muscle, found)) if moves else ''
             said.append(
                 f'the {quantity(channel)} sticks and slips in {len(sticking)} of {len(mine)} recordings: {rests.size} '
                 f'rests, mostly of {short:.1f} to {long:.1f} s, and {jumps.size} jumps both ways, mostly of {low} to '
-                f'{high}; their instants are chance, so no model predicts them (effect: stick_slip)'
+                f'{high}; their instants are chance, so no model predicts them (effect: stick_slip){like}'
             )
         said += [
-            f'{label}: the {quantity(channel)} stops changing while the simulation goes on: a mechanical stop, such as '
-            f'coils in contact, a rail or a string'
-            for label, s in mine
-            if s.kind == STOP and label not in stopped
+            f'{e.name}: the {quantity(channel)} stops changing while the simulation goes on: a mechanical stop, such '
+            f'as coils in contact, a rail or a string'
+            for e, s in mine
+            if s.kind == STOP and not _stop(e)
         ]
     return tuple(said)
+
+
+def imitated(fitted: Fit, smooth: Fit) -> Imitated | None:
+    """The recording with the most jumps beside a simulation that sticks and slips; None where none does."""
+    motion = fitted.problem.model.motion
+    sticking = [(e, s) for e, name, s in _beside(fitted, smooth) if name == motion and s.kind == CHANCE]
+    if not sticking:
+        return None
+    like = imitation([e for e, _ in sticking], smooth.muscle, [s for _, s in sticking])
+    if like is None:
+        return None
+    most, _ = max(sticking, key=lambda one: one[1].sizes().size)
+    k = next(k for k, e in enumerate(fitted.problem.experiments) if e is most)
+    recorded, simulated = one_run(most, smooth.muscle, smooth.left[k][motion], like)
+    time = most.observed[motion].time - float(most.imposed.time[0])
+    return Imitated(most.name, motion, time, recorded, simulated)
+
+
+def _beside(fitted: Fit, smooth: Fit | None) -> list[tuple[Experiment, str, Signature]]:
+    """The signatures beside a fit, and where there are rests and jumps beside the ``smooth`` one, those."""
+    plain = {(e.name, name): s for e, name, s in _signatures(smooth) if s.kind == CHANCE} if smooth else {}
+    return [(e, name, plain.get((e.name, name), s)) for e, name, s in _signatures(fitted)]
 
 
 def on_stops(experiments: Sequence[Experiment]) -> tuple[str, ...]:
@@ -193,14 +216,14 @@ def _stop(experiment: Experiment) -> tuple[float, float, float] | None:
     return None
 
 
-def _signatures(fitted: Fit) -> Iterator[tuple[str, str, Signature]]:
+def _signatures(fitted: Fit) -> Iterator[tuple[Experiment, str, Signature]]:
     """What each recording shows of rests and jumps in each channel that moves; not where it was averaged, for a jump
     takes less than a sample."""
     for experiment, left in zip(fitted.problem.experiments, fitted.left, strict=True):
         for name in floating(experiment.model):
             o = experiment.observed.get(name)
             if o is not None and o.time.size > 2 and float(o.count.max()) == 1.0:
-                yield experiment.name, name, signature(o.time, o.value, o.value - left[name])
+                yield experiment, name, signature(o.time, o.value, o.value - left[name])
 
 
 def on_age(now: Parameters, ages: Sequence[Age]) -> tuple[str, ...]:

@@ -1,0 +1,94 @@
+"""How a simulation sticks and slips as recordings do: the effect's parameters, and how alike the two then are.
+
+The instants are chance and are not predicted; the sizes of jumps and the durations of rests are, and two samples of
+each are compared.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tcp_muscle_ros.diagnosis.fitting.stick_slip import Signature, alike, signature
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
+from tcp_muscle_ros.muscle.arrays import Array
+
+_SEEDS = 3  # simulations of each recording
+_ROUNDS = 4  # of adjusting the force to the jumps that it makes
+_ALIKE = 0.01  # probability, above which two samples are not told apart: the parameters come from one of them
+_FEWEST = 5  # jumps, of which a mean and a spread are taken
+
+
+@dataclass(frozen=True)
+class Imitation:
+    """``values`` of the effect that make jumps of the recorded mean and spread.
+
+    ``jumps`` and ``rests``: the probability that sizes and durations differ so much by chance (two-sample tests).
+    """
+
+    values: dict[str, float]
+    jumps: float
+    rests: float
+
+
+def imitation(experiments: Sequence[Experiment], muscle: Parameters, seen: Sequence[Signature]) -> Imitation | None:
+    """The effect as these recordings of a motion show it; None where there are too few jumps. ``seen``: their rests and
+    jumps, in the same order."""
+    effect = _by_chance()
+    sizes = np.concatenate([s.sizes() for s in seen])
+    if sizes.size < _FEWEST or effect in muscle.effects:
+        return None
+    spread = float(np.clip(np.std(np.log(sizes)), 0.1, SPECIFICATIONS[f'{effect}.s'].high))
+    force = SPECIFICATIONS[f'{effect}.Fb'].value
+    values: dict[str, float] = {}
+    jumps = rests = np.empty(0)
+    for _ in range(_ROUNDS):
+        values = {f'{effect}.Fb': min(force, SPECIFICATIONS[f'{effect}.Fb'].high), f'{effect}.s': spread}
+        jumps, rests = _simulated(experiments, muscle.replace(values).with_effects(effect), seen)
+        force *= float(np.clip(np.mean(sizes) / np.mean(jumps), 0.1, 10.0)) if jumps.size else 0.5
+    durations = np.concatenate([s.durations() for s in seen])
+    return Imitation(values, alike(sizes, jumps), alike(durations, rests))
+
+
+def one_run(
+    experiment: Experiment, muscle: Parameters, left: Array, like: Imitation, seed: int = 0
+) -> tuple[Array, Array]:
+    """What was recorded and one simulation that sticks, m: about the course that was fitted, of which ``left`` (m) is
+    missed, for a run has a gain of its own."""
+    effect, motion = _by_chance(), experiment.model.motion
+    sticky = muscle.replace({**like.values, f'{effect}.seed': float(seed)}).with_effects(effect)
+    departs = experiment.predict(sticky)[motion] - experiment.predict(muscle)[motion]
+    recorded = experiment.observed[motion].value
+    return recorded, recorded - left + departs
+
+
+def _by_chance() -> str:
+    """The effect whose instants are chance: it has a seed."""
+    return next(name for name in EFFECTS if f'{name}.seed' in SPECIFICATIONS)
+
+
+def _simulated(experiments: Sequence[Experiment], muscle: Parameters, seen: Sequence[Signature]) -> tuple[Array, Array]:
+    """Sizes of jumps and durations of rests of simulations, read as coarsely as the recordings."""
+    jumps, rests = [np.empty(0)], [np.empty(0)]
+    effect, motion = _by_chance(), experiments[0].model.motion
+    plain = muscle.only_effects(name for name in muscle.effects if name != effect)
+    for e, s in zip(experiments, seen, strict=True):
+        smooth = e.predict(plain)[motion]
+        for seed in range(_SEEDS):
+            value = e.predict(muscle.replace({f'{effect}.seed': float(seed)}))[motion]
+            found = signature(e.observed[motion].time, np.round(value / s.still) * s.still, smooth)
+            jumps.append(found.sizes())
+            rests.append(found.durations())
+    return np.concatenate(jumps), np.concatenate(rests)
+
+
+def said_of(found: Imitation | None) -> str:
+    """How to simulate the same kind of motion, and how alike it is."""
+    if found is None:
+        return ''
+    values = ' and '.join(f'{name} {value:.2g}' for name, value in found.values.items())
+    jumps, rests = (f'p {"< 0.001" if p < 1e-3 else f"= {p:.2g}"}' for p in (found.jumps, found.rests))
+    large = 'jumps as large' if found.jumps > _ALIKE else 'jumps of other sizes'
+    long = 'rests as long' if found.rests > _ALIKE else 'rests of other durations'
+    return f'; a simulation with {values} has {large} ({jumps}) and {long} ({rests}, two-sample tests)'
