@@ -57,11 +57,20 @@ class RunLog:
     """
 
     def __init__(self, output: Path, protocol: Protocol, count: int, before: dict[str, Any] | None = None) -> None:
-        """``count`` parts. ``before``: the content of the log that is continued; None: a new run begins."""
+        """``count`` parts. ``before``: the content of the log that is continued; None: a new run begins.
+
+        BadInput where what is continued was begun in another number of parts: part 1 of it is another part 1.
+        """
         self._output, self._count = output, count
         self._path = path_of(output)
+        begun = count if before is None else before.get('count', count)
+        if begun != count:
+            raise BadInput(
+                f'--resume: {self._path} was begun in {begun} parts, which would be {count} now; expected --yes and '
+                f'loads_by of --rig as it was begun with'
+            )
         self._new = before is None
-        self._content = before or {'schema': SCHEMA, 'protocol': repr(protocol), 'parts': {}}
+        self._content = before or {'schema': SCHEMA, 'protocol': repr(protocol), 'count': count, 'parts': {}}
 
     def bag(self, number: int) -> Path:
         """Where a part is recorded."""

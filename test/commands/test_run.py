@@ -172,3 +172,15 @@ def test_stopped_before_anything_was_played_no_bag_is_claimed(run, tmp_path, mon
     assert main(['run', 'protocol.yaml', '--yes', '--output', 'bag']) == 130
     assert capsys.readouterr().out.endswith('bag: interrupted before anything was played; no bag was written\n')
     assert not (tmp_path / 'bag').exists()
+
+
+def test_a_run_is_continued_in_the_parts_that_it_was_begun_in(run, tmp_path):
+    """With a person the first of two parts was done; without one there is but one part, and it was called done."""
+    protocol = read_protocol(tmp_path / 'protocol.yaml')
+    begun = RunLog(tmp_path / 'bag', protocol, 2)
+    begun.begin(1)
+    begun.write(1, Played('', (0.0,)))
+    before = admit_output(tmp_path / 'bag', protocol, resume=True, force=False)
+    assert RunLog(tmp_path / 'bag', protocol, 2, before).done(1)
+    with pytest.raises(BadInput, match='was begun in 2 parts, which would be 1 now'):
+        RunLog(tmp_path / 'bag', protocol, 1, before)
