@@ -191,6 +191,10 @@ class Supervisor:
             self._longest_gap[name] = max(self._longest_gap.get(name, 0.0), now - before)
         self._last[name] = now
 
+    def listen_anew(self, now: float) -> None:
+        """Nobody has listened until now, however long that was: it is no usual gap between two messages."""
+        self._last = dict.fromkeys(self._last, now)
+
     def temperature(self, value: float) -> None:
         """A measured temperature, K."""
         if not value < self.hottest:  # also NaN

@@ -291,6 +291,7 @@ class Runner:
         """Without current until the muscle is cold; without a thermometer for five of its time constants (s)."""
         self._cold = cold = Cold(ambient)
         begun, said = self._time.now(), False
+        self._supervisor.listen_anew(begun)  # while a person hung the load nobody listened
         while not cold.reached(now := self._time.now()):
             self._pause()
             if 'temperature' not in self._supervisor.heard and now - begun > 5.0 * time_constant:

@@ -128,6 +128,18 @@ def test_a_measurement_that_goes_silent_ends_the_run_and_one_that_comes_does_not
         last[name] = now
 
 
+def test_while_nobody_listened_no_gap_was_a_usual_one_and_nothing_fell_silent():
+    watch = Supervisor(400.0)
+    for now in (0.0, 0.1, 0.2):
+        watch.hear('temperature', now)
+    watch.listen_anew(60.0)
+    for now in (60.0, 60.1):
+        watch.hear('temperature', now)
+    watch.begin()
+    assert not watch.look(61.0)
+    assert watch.look(61.2) == 'no temperature for 1.0 s'
+
+
 @pytest.mark.parametrize('value', [400.0, 500.0, float('nan'), float('inf')])
 def test_heat_ends_the_run_for_good(value):
     watch = Supervisor(400.0)

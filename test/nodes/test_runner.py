@@ -314,3 +314,20 @@ def test_a_commander_that_comes_meanwhile_or_a_muscle_that_dies_ends_it(bench, t
     for name in ('bag', 'bag_stopped_1'):
         kept = read_bag(tmp_path / name)
         assert not kept.notes and kept['current_command'].value[-1] == 0.0
+
+
+def test_a_muscle_that_dies_is_noticed_as_soon_after_a_person_took_long_to_hang_the_load(bench, tmp_path):
+    """Nobody listens while a person is asked: that is no gap between two messages, five of which make a silence."""
+    muscle, current = bench.start('sim_node', 'waiting'), bench.listen('/waiting/current')
+    bench.until(lambda: current, 'sim_node publishes nothing', 120.0)
+    reading, person = os.pipe()
+    load = ', load_n: 0.6'  # after half a second under the usual one
+    program = played(bench, tmp_path, duration=60.0, load=load, namespace='waiting', stdin=reading)
+    bench.until(lambda: 'hang' in program.said(), 'nobody is asked', 60.0)
+    time.sleep(6.0)
+    os.write(person, b'\n\n')
+    bench.until(lambda: current.last.data == 0.2, 'nothing flows')
+    muscle.kill()
+    assert re.search(r'stopped, 0 A: no \w+ for [1-4]\.\d s', ended(bench, program, 2))
+    os.close(reading)
+    os.close(person)
