@@ -44,6 +44,7 @@ from tcp_muscle_ros.nodes.topics import (
     REMEMBERED,
     Commanders,
     another,
+    name_of,
 )
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, OUTPUTS
 
@@ -242,13 +243,17 @@ class Runner:
             self._diagnose(status)
 
     def _diagnose(self, status: DiagnosticStatus) -> None:
-        above, _, name = status.name.rpartition('/')
-        if above not in ('', self._namespace.rstrip('/')) and f'/{name}' != self._namespace:
+        facts = {value.key: value.value for value in status.values}
+        if 'current_limit_a' not in facts or NAME in status.name:
             return
-        if any(value.key == 'current_limit_a' for value in status.values) and NAME not in status.name:
+        if speaks_for(self._namespace, status.name) or status.name in self._takers():
             self._answers[status.name] = status
             if status.level == DiagnosticStatus.ERROR:
                 self._supervisor.end(f'{status.name}: {status.message}')
+
+    def _takers(self) -> set[str]:
+        """The nodes that take the commands, in whatever namespace they are."""
+        return {name_of(end) for end in self._node.get_subscriptions_info_by_topic(self._topics[self._kind])}
 
     def answer(self) -> Answer:
         """What the muscle's driver says of its limits. BadInput where it lets no current flow."""
@@ -379,6 +384,17 @@ class Runner:
             sys.setswitchinterval(before)
             self._recording = None
             recording.end()
+
+
+def speaks_for(namespace: str, name: str) -> bool:
+    """Whether a status of this name in /diagnostics is of the muscle under a namespace (``/``, ``/hand/thumb``).
+
+    The name is that of a node in it, or of one above it that has several muscles, with the muscle's below. A driver of
+    another package may give its name without a namespace.
+    """
+    above, slash, own = name.rpartition('/')
+    of_several = f'{above.rpartition("/")[0]}/{own}'
+    return not slash or above == namespace.rstrip('/') or (bool(above) and of_several == namespace)
 
 
 class _Recording:

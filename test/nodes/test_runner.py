@@ -17,6 +17,7 @@ from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
+from tcp_muscle_ros.nodes.runner import speaks_for
 from tcp_muscle_ros.nodes.topics import REMEMBERED
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.tool import main
@@ -331,3 +332,30 @@ def test_a_muscle_that_dies_is_noticed_as_soon_after_a_person_took_long_to_hang_
     assert re.search(r'stopped, 0 A: no \w+ for [1-4]\.\d s', ended(bench, program, 2))
     os.close(reading)
     os.close(person)
+
+
+def test_a_muscle_among_several_of_a_node_in_a_namespace_says_its_limit(bench, tmp_path):
+    current = bench.listen('/hand/thumb/current')
+    bench.start('sim_node', 'hand', muscles=['thumb', 'index'], current_limit_a=0.15)
+    bench.until(lambda: current, 'sim_node publishes nothing', 120.0)
+    said = ended(bench, played(bench, tmp_path, '--yes', namespace='hand/thumb'), 2)
+    assert 'above the limit of 0.15 A of /hand/sim_node/thumb' in said
+
+
+@pytest.mark.parametrize(
+    ('namespace', 'name', 'its'),
+    [
+        ('/', '/sim_node', True),
+        ('/m', '/m/sim_node', True),
+        ('/thumb', '/sim_node/thumb', True),
+        ('/hand/thumb', '/hand/sim_node/thumb', True),
+        ('/m', 'a driver', True),
+        ('/m', '/sim_node', False),
+        ('/', '/m/sim_node', False),
+        ('/thumb', '/hand/sim_node/thumb', False),
+        ('/hand/thumb', '/hand/sim_node/index', False),
+        ('/hand/thumb', '/other/sim_node/thumb', False),
+    ],
+)
+def test_whose_a_status_is(namespace, name, its):
+    assert speaks_for(namespace, name) is its
