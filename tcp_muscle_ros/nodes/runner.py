@@ -248,7 +248,9 @@ class Runner:
             return
         if speaks_for(self._namespace, status.name) or status.name in self._takers():
             self._answers[status.name] = status
-            if status.level == DiagnosticStatus.ERROR:
+            # What is heard before a part is a matter for `answer`: a person may disable a muscle to hang a load.
+            disabled = facts.get('state') == 'disabled' and self._recording is not None
+            if disabled or status.level == DiagnosticStatus.ERROR:
                 self._supervisor.end(f'{status.name}: {status.message}')
 
     def _takers(self) -> set[str]:

@@ -15,7 +15,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 from tcp_muscle_ros.nodes.runner import speaks_for
 from tcp_muscle_ros.nodes.topics import REMEMBERED
@@ -310,9 +310,14 @@ def test_a_commander_that_comes_meanwhile_or_a_muscle_that_dies_ends_it(bench, t
     bench.node.destroy_publisher(second)
     program = played(bench, tmp_path, '--yes', '--resume', duration=30.0, namespace='mortal')
     bench.until(lambda: current.last.data == 0.2, 'nothing flows')
+    assert bench.call(SetBool, '/mortal/sim_node/enable', data=False).success
+    assert 'stopped, 0 A: /mortal/sim_node: disabled' in ended(bench, program, 2)
+    assert bench.call(SetBool, '/mortal/sim_node/enable', data=True).success
+    program = played(bench, tmp_path, '--yes', '--resume', duration=30.0, namespace='mortal')
+    bench.until(lambda: current.last.data == 0.2, 'nothing flows')
     muscle.kill()
     assert re.search(r'stopped, 0 A: no \w+ for \d\.\d s', ended(bench, program, 2))
-    for name in ('bag', 'bag_stopped_1'):
+    for name in ('bag', 'bag_stopped_1', 'bag_stopped_2'):
         kept = read_bag(tmp_path / name)
         assert not kept.notes and kept['current_command'].value[-1] == 0.0
 
