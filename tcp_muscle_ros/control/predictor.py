@@ -21,7 +21,7 @@ class Predictor:
         model: the muscle as it is believed to be.
         variants: muscles that it might be as well (of a calibration's intervals); none: it is taken to be exact.
         load: N, the starting load, under which displacement is zero at rest at T0.
-        ambient: K.
+        ambient: K, the room in which the model was found; where nobody measures one it is the one that it predicts in.
         end: what holds the muscle, with what ``Muscle`` takes for it.
         source: the file of the model, for whoever is to use it too.
     """
@@ -42,6 +42,7 @@ class Predictor:
         self._muscles = [Muscle(one, end=end, load=load, ambient=ambient, **held) for one in (model, *variants)]
         self._together = Muscles(self._muscles)
         self._imposed = (load, ambient)
+        self.ambient = ambient
         self.value: Array = np.zeros(len(CHANNELS))
         self.spread: Array = LEAST.copy()  # standard deviation of the prediction
         self.fibre_temperature = ambient  # K, of the model
@@ -53,16 +54,23 @@ class Predictor:
             muscle.reset(temperature)
         self._rows(self._together.advance(0.0, 0.0))
 
-    def step(self, dt: float, current: float, load: float, ambient: float, late: float) -> None:
-        """``dt`` (s) under this current (A), load (N) and ambient (K). ``late`` (s): how far the times are unsure."""
-        if (load, ambient) != self._imposed:
-            self._imposed = (load, ambient)
+    def step(self, dt: float, current: float, load: float, ambient: float | None, late: float) -> None:
+        """``dt`` (s) under this current (A), load (N) and ambient (K; None: its own). ``late`` (s): how far the times
+        are unsure."""
+        imposed = (load, self.ambient if ambient is None else ambient)
+        if imposed != self._imposed:
+            self._imposed = imposed
             for muscle in self._muscles:
-                muscle.impose(load, ambient)
+                muscle.impose(*imposed)
         before = self.value
         self._rows(self._together.advance(dt, current))
         if dt > 0.0:
             self.spread = np.hypot(self.spread, np.abs(self.value - before) * (late / dt))
+
+    @property
+    def excess(self) -> float:
+        """How far the fibre is above the ambient, K."""
+        return self.fibre_temperature - self._imposed[1]
 
     def _rows(self, shown: Array) -> None:
         rows = shown[:, _SHOWN]

@@ -113,9 +113,10 @@ class Twin:
         return self._trial is not None and not self._trial.former
 
     def tick(
-        self, now: float, dt: float, current: float, load: float, ambient: float, measured: Mapping[str, float]
+        self, now: float, dt: float, current: float, load: float, ambient: float | None, measured: Mapping[str, float]
     ) -> Tick:
-        """``dt`` (s) passed until ``now`` (s, steady) under this current (A), load (N) and ambient (K).
+        """``dt`` (s) passed until ``now`` (s, steady) under this current (A), load (N) and ambient (K; None: that of
+        each model).
 
         ``measured`` at the end of it, by channel, SI.
         """
@@ -127,7 +128,7 @@ class Twin:
         known = np.isfinite(residual)
         self._sum += np.where(known, residual, 0.0)
         self._count += known
-        self._compare(now, dt, shown, main.fibre_temperature - ambient)
+        self._compare(now, dt, shown, main.excess)
         if self.test.add(residual, main.spread, now):
             self._judge(now, load)
         width = BAND * np.hypot(main.spread, self.test.noise)

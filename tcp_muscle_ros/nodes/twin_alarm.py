@@ -16,7 +16,7 @@ from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.bag_writer import write_recording
 from tcp_muscle_ros.recording.recording import Channel, Recording
-from tcp_muscle_ros.settings.parameter_file import read, write
+from tcp_muscle_ros.settings.parameter_file import ParameterFile, read, write
 
 _LOWEST_PRIORITY = 19
 
@@ -101,10 +101,10 @@ class Alarm:
         """Where the muscle is as the diagnosis found it, if it found one."""
         return self.report / 'improved.yaml'
 
-    def improved(self) -> Parameters | None:
-        """The muscle as the diagnosis found it; None where it found none."""
+    def improved(self) -> ParameterFile | None:
+        """The muscle as the diagnosis found it, and in which room; None where it found none."""
         try:
-            return read(self.model).parameters if self.model.is_file() else None
+            return read(self.model) if self.model.is_file() else None
         except BadInput as error:
             self._say(f'no model to adopt: {error}')
             return None

@@ -66,13 +66,13 @@ class TwinNode(Node):  # type: ignore[misc]
         self._longest_step = max(LONGEST_STEP, self._settings.longest_step)
         self._file = read(self._settings['params_file'] or _USUAL)
         self._rig = read_rig(self._settings['rig_file']) if self._settings['rig_file'] else None
-        self._load, self._ambient = (
-            self._file.number('load_n'),
-            self._file.number('ambient_temperature_c') + ZERO_CELSIUS,
-        )
+        self._load = self._file.number('load_n')
+        self._ambient: float | None = None  # K, measured; none: each model has that in which it was found
         model = on_rig(self._file.parameters, self._rig)
         self._twin = Twin(
-            self._predictor(model, self._variants()), 1.0 / self._rate, trial=float(self._settings['trial_s'])
+            self._predictor(self._file, model, self._variants()),
+            1.0 / self._rate,
+            trial=float(self._settings['trial_s']),
         )
         self._controller = Believing(self, self._settings['adopting_controller'], self._tell)
         self._estimate = Estimate(model, 1.0 / self._rate, self._load)
@@ -117,13 +117,15 @@ class TwinNode(Node):  # type: ignore[misc]
         drawn = intervals.variants(path, self._file.parameters) if path and Path(path).is_file() else None
         return [on_rig(one, self._rig) for one in (drawn or {}).values()][:_VARIANTS]
 
-    def _predictor(self, model: Parameters, variants: Sequence[Parameters] = (), source: str = '') -> Predictor:
+    def _predictor(
+        self, found: ParameterFile, model: Parameters, variants: Sequence[Parameters] = (), source: str = ''
+    ) -> Predictor:
         file: ParameterFile = self._file
         return Predictor(
             model,
             variants,
             load=file.number('load_n'),
-            ambient=self._ambient,
+            ambient=found.number('ambient_temperature_c') + ZERO_CELSIUS,
             end=file.text('end'),
             held_length=file.number('held_length_m'),
             spring_rate=file.number('spring_rate_n_per_m'),
@@ -202,7 +204,8 @@ class TwinNode(Node):  # type: ignore[misc]
             return
         if self._follows_since is None:
             known = {name: value for name, value in measured.items() if name != 'force'}
-            self._estimate.update(flowed, self._load, self._ambient, **known)
+            ambient = self._twin.predictor.ambient if self._ambient is None else self._ambient
+            self._estimate.update(flowed, self._load, ambient, **known)
             temperature = self._estimate.temperature
             if temperature is None or heard.time - self._heard_since < _SETTLES:
                 return
@@ -291,10 +294,11 @@ class TwinNode(Node):  # type: ignore[misc]
         return ', '.join(told)
 
     def _propose(self, alarm: Alarm) -> None:
-        model = alarm.improved() if self._settings['auto_adopt'] else None
-        if model is not None:
+        found = alarm.improved() if self._settings['auto_adopt'] else None
+        if found is not None:
             self._tell('the diagnosed model runs beside the present one, and replaces it where it predicts better')
-            predictor = self._predictor(on_rig(model, self._rig), source=str(alarm.model.resolve()))
+            model = on_rig(found.parameters, self._rig)
+            predictor = self._predictor(found, model, source=str(alarm.model.resolve()))
             with self._lock:
                 self._twin.propose(predictor, self._then)
 

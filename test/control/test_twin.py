@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tcp_muscle_ros.control.estimate import Estimate
 from tcp_muscle_ros.control.memory import Memory
 from tcp_muscle_ros.control.predictor import CHANNELS, Predictor
-from tcp_muscle_ros.control.twin import State, Twin
+from tcp_muscle_ros.control.twin import TRIAL, State, Twin
 from tcp_muscle_ros.muscle import EFFECTS, Muscle, Parameters
 
 RATE = 20.0
@@ -40,6 +40,7 @@ class Bench:
         self._tick = count(1)
         self.now = 0.0
         self.last = None
+        self.ambient = MODEL['T0']  # as the twin is told
 
     def replace(self, true):
         state = self.muscle.state
@@ -53,7 +54,7 @@ class Bench:
             reading = self.muscle.step(1.0 / RATE, current)
             measured = {n: getattr(reading, n) + NOISE[n] * self._random.standard_normal() for n in channels}
             self.now = tick / RATE
-            self.last = self.twin.tick(self.now, 1.0 / RATE, current, LOAD, MODEL['T0'], measured)
+            self.last = self.twin.tick(self.now, 1.0 / RATE, current, LOAD, self.ambient, measured)
             if until and until(self.twin):
                 break
         return self.twin
@@ -134,6 +135,19 @@ def test_a_model_that_is_no_better_is_not_adopted():
     bench.run(300.0, until=lambda twin: not twin.on_trial)
     assert bench.twin.predictor.model is MODEL
     assert 'not adopted' in bench.twin.events[-1]
+
+
+@pytest.mark.parametrize('told', [True, False])
+def test_a_model_predicts_in_the_room_in_which_it_was_found_where_nobody_measures_one(told):
+    room = MODEL['T0'] + 3.0
+    bench = Bench(MODEL)
+    bench.muscle.impose(LOAD, room)
+    bench.ambient = room if told else None
+    bench.run(60.0)
+    bench.twin.propose(Predictor(MODEL, load=LOAD, ambient=room), bench.now)
+    bench.run(TRIAL + 60.0, until=lambda twin: twin.events)
+    assert bench.twin.events[0].startswith('not adopted' if told else 'adopted')
+    assert bench.twin.predictor.ambient == (MODEL['T0'] if told else room)
 
 
 def test_the_hotter_of_two_models_is_what_safety_is_told():
