@@ -360,6 +360,8 @@ class ControlledMuscle(SafeMuscle):
 
     def worries(self) -> Iterable[str]:
         """What keeps it from working, beside safety."""
+        if self._taking.untaken and not self.on_joint:  # a joint says it, and stops
+            yield 'none of the current that is asked for flows: its receiver is disabled or in fault'
         if self._probe() > 0.0:
             yield f'{self._lost}, probing'
         elif self._lost and self._setpoint is None:

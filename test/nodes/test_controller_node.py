@@ -207,6 +207,20 @@ def test_disable_and_reset(bench, pair):
     assert pair.facts()['setpoint_m'] == 'nan'
 
 
+def test_a_receiver_that_lets_nothing_flow_is_a_worry_until_it_does(bench, pair):
+    worry = 'none of the current that is asked for flows'
+    assert pair.call(SetBool, 'enable', data=True).success
+    pair.setpoint.publish(Float64(data=0.01))
+    bench.until(lambda: pair.command.last.data > 0.05, 'no current')
+    assert worry not in pair.facts()['message']
+    pair.setpoint.publish(Float64(data=0.04))
+    assert bench.call(SetBool, '/pair/sim_node/enable', data=False).success
+    bench.until(lambda: worry in pair.facts()['message'], 'nothing is said')
+    assert bench.call(SetBool, '/pair/sim_node/enable', data=True).success
+    bench.until(lambda: worry not in pair.facts()['message'], 'it is still said')
+    assert pair.call(Trigger, 'reset').success
+
+
 def test_resistance_alone_closes_the_loop_and_a_probe_wakes_a_rig_that_shows_none_without_current(bench, diagnostics):
     sim = bench.start('sim_node', 'sensed', min_sense_current_a=0.01)
     made = Controller(bench, diagnostics, 'sensed', feedback='resistance', probe_current_a=0.02)
