@@ -250,9 +250,12 @@ class _Simulated:
 
 
 def _diagnosed(bags: Sequence[Path], report: Path, params: str, rig: str | None) -> Mapping[str, Any]:
-    """``tcp_muscle diagnose`` in a process of its own: its memory is free again afterwards."""
+    """``tcp_muscle diagnose`` in a process of its own: its memory is free again afterwards.
+
+    That of an investigation that was killed goes on, and may leave the same report there meanwhile.
+    """
     known = ('--rig', rig) if rig else ()
-    _tool('diagnose', *map(str, bags), '--params', params, *known, '--output', str(report))
+    _tool('diagnose', *map(str, bags), '--params', params, *known, '--force', '--output', str(report))
     content: Mapping[str, Any] = json.loads((report / 'report.json').read_text(encoding='utf-8'))
     return content
 

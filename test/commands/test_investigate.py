@@ -133,3 +133,11 @@ def test_a_folder_whose_settings_are_torn_is_none_of_an_investigation(begun, cap
     (begun / 'settings.json').write_text(text)
     assert main(['investigate', '--output', str(begun), '--resume']) == 2
     assert 'is no folder of an investigation' in capsys.readouterr().err
+
+
+def test_a_report_that_the_diagnosis_of_a_killed_investigation_left_meanwhile_is_replaced(found, tmp_path):
+    left = tmp_path / 'report_1'
+    left.mkdir()
+    (left / 'report.json').write_text('{"schema": "tcp_muscle_ros/diagnosis-2"}')
+    content = investigate._diagnosed([found / 'kept_back'], left, 'karami_tadesse_2017', None)
+    assert content['headline'] and content == json.loads((left / 'report.json').read_text())
