@@ -45,6 +45,7 @@ from tcp_muscle_ros.nodes.topics import (
     Commanders,
     another,
     name_of,
+    qos_mismatch,
 )
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, OUTPUTS
 
@@ -152,17 +153,26 @@ class Runner:
         while not self._supervisor.heard or not self._command.publisher.get_subscription_count():
             self._pause()
             self._join()
-            heard, patience = 'no muscle answers', _HEARD_WITHIN
-            if self._command.publisher.get_subscription_count():
-                heard, patience = 'a node takes commands, but publishes no measurement', _SPEAKS_WITHIN
+            patience = _SPEAKS_WITHIN if self._command.publisher.get_subscription_count() else _HEARD_WITHIN
             if time.monotonic() - begun > patience:
-                raise BadInput(
-                    f'under {self._namespace} {heard} within {patience:.0f} s; start a muscle, or give its --namespace'
-                )
+                raise BadInput(f'under {self._namespace} {self._lacking()} within {patience:.0f} s')
         answered = time.monotonic()
         while not self._is_known() and time.monotonic() - answered < _DIAGNOSED_WITHIN:
             self._pause()
         self._refuse_another(_NAMED_WITHIN)
+
+    def _lacking(self) -> str:
+        """What has not come, and how to mend that."""
+        mend = 'start a muscle, or give its --namespace'
+        if self._command.publisher.get_subscription_count():
+            return f'a node takes commands, but publishes no measurement ({mend})'
+        if not self._supervisor.heard:
+            return f'no muscle answers ({mend})'
+        topic = self._topics[self._kind]
+        for end in self._node.get_subscriptions_info_by_topic(topic):
+            if why := qos_mismatch(self._command.publisher.qos_profile, end.qos_profile):
+                return f'a muscle is measured, but {name_of(end)} takes {topic} with an incompatible QoS: {why};'
+        return f'a muscle is measured, but no node takes {topic} (start its driver, or play a current)'
 
     def _is_known(self) -> bool:
         """Whether the muscle's driver has said who commands it since it has found this node, if it says that at all.

@@ -15,6 +15,8 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from tcp_muscle_ros.nodes.runner import speaks_for
@@ -209,6 +211,19 @@ def test_a_driver_that_names_another_commander_is_believed_before_the_graph_show
     assert '/elsewhere/arm commands this muscle too' in ended(bench, program, 2)
     assert not (tmp_path / 'bag').exists()
     bench.node.destroy_publisher(driver)
+
+
+def test_a_muscle_that_does_not_take_the_commands_is_told_from_none(bench, tmp_path):
+    measured = bench.node.create_publisher(Float64, '/lone/displacement', 10)
+    lasting = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    with bench.repeating(measured, 0.0):
+        said = ended(bench, played(bench, tmp_path, '--yes', namespace='lone'), 2)
+        assert 'a muscle is measured, but no node takes /lone/current_command' in said
+        takes = bench.node.create_subscription(Float64, '/lone/current_command', print, lasting)
+        said = ended(bench, played(bench, tmp_path, '--yes', namespace='lone'), 2)
+        assert '/bench takes /lone/current_command with an incompatible QoS: ' in said
+    bench.node.destroy_subscription(takes)
+    bench.node.destroy_publisher(measured)
 
 
 def test_a_commander_without_a_name_is_waited_for_since_it_may_be_this_run_itself(bench, muscle, tmp_path):
