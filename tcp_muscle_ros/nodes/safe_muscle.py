@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import inf
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -20,6 +22,7 @@ from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, COMMANDED_BY, NOBODY, REMEMBERED, STATE_QOS, Commanders
 
 _QUIET = (State.ENABLED, State.DISABLED)
+_SILENT = 5.0  # s, for which the log says no more of an input that is refused over and over
 
 
 def number(value: float | None) -> str:
@@ -38,6 +41,7 @@ class SafeMuscle:
         self.safety = Safety(self.limits_of(settings), enabled=settings['start_enabled'])
         self.frame = f'{settings["joint_name"]}_moving_end'  # the link of urdf/tcp_muscle_macros.xacro that moves
         self.refused_inputs: Counter[str] = Counter()
+        self._refused_at: dict[str, float] = {}  # s, steady: when the log last said so of each
         self.said = f'{name}: ' if name else ''  # before what the log says of it
         self._told = self.safety.state
         self._counted = 0
@@ -93,9 +97,13 @@ class SafeMuscle:
         if low <= value <= high:  # False for NaN
             return True
         self.refused_inputs[name] += 1
-        self.node.get_logger().warning(
-            f'{self.said}{name} of {value:g} refused; expected {low:g} to {high:g} {unit}', throttle_duration_sec=5.0
-        )
+        # Of each input by itself: one that is wrong all the time would hide another, of any muscle of the node.
+        now = time.monotonic()
+        if now - self._refused_at.get(name, -inf) >= _SILENT:
+            self._refused_at[name] = now
+            self.node.get_logger().warning(
+                f'{self.said}{name} of {value:g} refused; expected {low:g} to {high:g} {unit}'
+            )
         return False
 
     def look_for_commanders(self, node: Node) -> None:
