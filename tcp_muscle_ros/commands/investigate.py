@@ -204,9 +204,17 @@ def _protocols(
     by_itself = bool(args.simulated or args.yes or (limits is not None and not limits.by_person))
     loads = loads_about(load, allowed.loads) if by_itself else (load,)
     first = [read_protocol(args.first)] if args.first else first_protocols(current, loads, load, ambient)
-    rounds = [first, *further_protocols(current, loads, load, ambient)]
+    if not args.first:
+        first = _short(first, allowed.duration) or first  # all too long: refused below
+    further = (_short(those, allowed.duration) for those in further_protocols(current, loads, load, ambient))
+    rounds = [first, *filter(None, further)]
     kept = kept_back_protocol(current, load, ambient)
     return [[allowed_of(one, model, allowed) for one in those] for those in rounds], allowed_of(kept, model, allowed)
+
+
+def _short(protocols: Sequence[Protocol], longest: float) -> list[Protocol]:
+    """Those that a rig has the time for (s): what the others would show is asked for by the diagnosis, if at all."""
+    return [protocol for protocol in protocols if protocol.duration <= longest]
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,13 @@ import pytest
 
 from tcp_muscle_ros.commands import investigate
 from tcp_muscle_ros.commands.investigation import Investigation
+from tcp_muscle_ros.commands.run import allowed_by
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.settings.ages import Age, write_ages
 from tcp_muscle_ros.settings.parameter_file import write
+from tcp_muscle_ros.settings.rig import RigLimits
 from tcp_muscle_ros.tool import main
 
 MUSCLE = Parameters({'hA': 0.0212})
@@ -141,3 +144,17 @@ def test_a_report_that_the_diagnosis_of_a_killed_investigation_left_meanwhile_is
     (left / 'report.json').write_text('{"schema": "tcp_muscle_ros/diagnosis-2"}')
     content = investigate._diagnosed([found / 'kept_back'], left, 'karami_tadesse_2017', None)
     assert content['headline'] and content == json.loads((left / 'report.json').read_text())
+
+
+@pytest.mark.parametrize('longest', [200.0, 1e6, 100.0])
+def test_what_lasts_longer_than_a_rig_runs_is_left_out_and_a_rig_that_runs_for_no_protocol_is_refused(longest):
+    limits = RigLimits(loads=(0.3, 0.588), by_person=False, longest_run=longest)
+    asked = (investigate._complete(arguments('--output', 'x')), MUSCLE, limits, allowed_by(limits, None))
+    if longest == 100.0:
+        with pytest.raises(BadInput, match='but the longest run is 100 s'):
+            investigate._protocols(*asked)
+        return
+    rounds, kept = investigate._protocols(*asked)
+    played = [protocol for those in rounds for protocol in those]
+    assert all(protocol.duration <= longest for protocol in [*played, kept])
+    assert (len(played) == 13) == (longest == 1e6) and all(rounds)
