@@ -92,7 +92,7 @@ def watched(random: np.random.Generator, folder: Path) -> Watched:
     recording = Recording('made', {name: Channel(name, done.time, v, name) for name, v in values.items()}, 0)
     experiment = prepare(recording, nominal, Conditions(load=LOADS[1], ambient=nominal['T0']), MOST_OBSERVATIONS)
     calibration = calibrate([experiment], nominal)
-    write_intervals(folder / 'muscle.intervals.json', calibration)
+    write_intervals(folder / 'muscle.intervals.json', calibration.known)
     drawn = variants(folder / 'muscle.yaml', calibration.parameters) or {}
     return Watched(true, calibration.parameters, list(drawn.values())[:12])
 

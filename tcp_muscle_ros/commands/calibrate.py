@@ -134,4 +134,4 @@ def write_muscle(
     says = calibration_note(calibration)
     with in_place_of(intervals) as beside, in_place_of(output) as draft:
         write(draft, calibration.parameters, operating=operating, heading=(heading,), note=says)
-        write_intervals(beside, calibration)
+        write_intervals(beside, calibration.known)

@@ -183,6 +183,7 @@ class _Work:
             next_experiment=None,
             nominal=self.nominal,
             improved=fitted.muscle if fitted else self.nominal,
+            known=self.calibration.known if self.calibration else None,
             calibrated=fitted.muscle if fitted else None,
             rig=beside(self.rig, Rig(limits=limits_seen(self.experiments))),
             partial=partial,

@@ -117,12 +117,21 @@ class Diagnosed:
 
     @in_python
     def save(self, path: str | Path, *, force: bool = False) -> None:
-        """Write the improved muscle as a parameter file. BadInput: something is there, and not ``force``."""
-        from tcp_muscle_ros.files.outputs import in_place_of, writable_file
+        """Write the improved muscle as a parameter file, and its intervals beside it. BadInput: something is there, and
+        not ``force``."""
+        from tcp_muscle_ros.files.outputs import in_place_of, remove, writable_file
+        from tcp_muscle_ros.report.intervals_file import write_intervals
         from tcp_muscle_ros.report.protocol_file import write_improved
+        from tcp_muscle_ros.settings.intervals import path_beside
 
-        with in_place_of(writable_file(path, force=force)) as draft:
+        output = writable_file(path, force=force)
+        intervals = writable_file(path_beside(output), force=force)
+        with in_place_of(intervals) as beside, in_place_of(output) as draft:
             write_improved(draft, self.diagnosis, self.operating)
+            if self.diagnosis.known is not None:
+                write_intervals(beside, self.diagnosis.known)
+        if self.diagnosis.known is None:  # those of another muscle
+            remove(intervals)
 
     @in_python
     def report(self, folder: str | Path, *, force: bool = False) -> Path:

@@ -1,4 +1,4 @@
-"""The intervals of a calibrated muscle, written beside its parameter file: a parameter file itself holds only values.
+"""How well a muscle is known, written beside its parameter file: a parameter file itself holds only values.
 
 What it holds and how it is read back: ``settings.intervals``.
 """
@@ -7,18 +7,14 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from tcp_muscle_ros.settings.intervals import SCHEMA
 
 if TYPE_CHECKING:
-    from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration
+    from tcp_muscle_ros.diagnosis.fitting.calibration import Known
 
 
-def write_intervals(path: str | Path, calibration: 'Calibration') -> None:
-    """Write the intervals of a calibrated parameter file to ``path``, which is ``path_beside`` it."""
-    fit = calibration.fit
-    shared = [k for k, u in enumerate(fit.problem.unknowns) if u.recording is None]
+def write_intervals(path: str | Path, known: 'Known') -> None:
+    """Write the intervals of a calibrated or improved muscle to ``path``, which is ``path_beside`` its file."""
     content = {
         'schema': SCHEMA,
         'parameters': [
@@ -34,16 +30,9 @@ def write_intervals(path: str | Path, calibration: 'Calibration') -> None:
                 'at_bound': e.at_bound,
                 'trades_against': e.partner,
             }
-            for e in (*calibration.estimates, *calibration.combinations)
+            for e in known.estimates
         ],
-        'coordinates': [
-            {
-                'name': fit.problem.unknowns[k].name,
-                'log': fit.problem.unknowns[k].log,
-                'spread': fit.problem.unknowns[k].spread,
-            }
-            for k in shared
-        ],
-        'covariance': fit.covariance[np.ix_(shared, shared)].tolist(),
+        'coordinates': [{'name': u.name, 'log': u.log, 'spread': u.spread} for u in known.unknowns],
+        'covariance': known.covariance.tolist(),
     }
-    Path(path).write_text(json.dumps(content, indent=1) + '\n')
+    Path(path).write_text(json.dumps(content, indent=1) + '\n', encoding='utf-8')

@@ -8,12 +8,14 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import in_place_of, writable_folder
 from tcp_muscle_ros.report.diagnosis_figures import draw_all
+from tcp_muscle_ros.report.intervals_file import write_intervals
 from tcp_muscle_ros.report.next_steps import Asked
 from tcp_muscle_ros.report.overlay import write_diagnosis_overlay
 from tcp_muscle_ros.report.page import write_html
 from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, RIG, write_json
 from tcp_muscle_ros.settings.ages import write_ages
+from tcp_muscle_ros.settings.intervals import path_beside
 from tcp_muscle_ros.settings.parameter_file import Value as Setting
 from tcp_muscle_ros.settings.rig import render_rig
 
@@ -49,7 +51,8 @@ def write_report(
     asked: Asked | None = None,
     force: bool = False,
 ) -> None:
-    """Write report.json, report.html, figures/, improved.yaml, overlay/ and, if there is one, next_protocol.yaml.
+    """Write report.json, report.html, figures/, improved.yaml and what stands beside it, rig.yaml, overlay/ and, if
+    there is one, next_protocol.yaml.
 
     The folder is there once all of it is; an older report goes only then, and only under ``force``.
 
@@ -64,6 +67,8 @@ def write_report(
         figures = draw_all(path / 'figures', diagnosis)
         write_html(path / 'report.html', diagnosis, figures, path / 'figures', asked)
         write_improved(path / IMPROVED, diagnosis, operating)
+        if diagnosis.known is not None:
+            write_intervals(path_beside(path / IMPROVED), diagnosis.known)
         write_ages(path / IMPROVED, diagnosis.ages)
         (path / RIG).write_text(render_rig(diagnosis.rig, _RIG_HEADING), encoding='utf-8')
         if diagnosis.next_experiment is not None:

@@ -1,4 +1,4 @@
-"""The intervals of a calibrated muscle, beside its parameter file: muscles that it might be as well.
+"""The intervals of a calibrated or improved muscle, beside its parameter file: muscles that it might be as well.
 
 ``MUSCLE.intervals.json`` holds the covariance of the fitted coordinates; ``report.intervals_file`` writes it.
 """
@@ -31,7 +31,7 @@ def variants(parameter_file: str | Path, parameters: Parameters, seed: int = 0) 
         content = json.loads(path.read_text(encoding='utf-8'))
         return _drawn(content, parameters, seed) if content.get('schema') == SCHEMA else None
     except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError, np.linalg.LinAlgError):
-        raise BadInput(f'{path}: damaged; calibrate again, or remove it to replay without a band') from None
+        raise BadInput(f'{path}: damaged; calibrate or diagnose again, or remove it to replay without a band') from None
 
 
 def _drawn(content: Mapping[str, Any], parameters: Parameters, seed: int) -> Mapping[int, Parameters]:

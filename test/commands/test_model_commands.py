@@ -254,7 +254,7 @@ def test_damaged_intervals_are_one_line(made, tmp_path, capsys, text):
     (tmp_path / 'mine.yaml').write_text(MUSCLE)
     (tmp_path / 'mine.intervals.json').write_text(text, encoding='latin-1')
     assert main(['replay', str(made / 'plain'), '--params', str(tmp_path / 'mine.yaml')]) == 2
-    assert 'mine.intervals.json: damaged; calibrate again, or remove it' in capsys.readouterr().err
+    assert 'mine.intervals.json: damaged; calibrate or diagnose again, or remove it' in capsys.readouterr().err
 
 
 def test_a_replay_fits_the_zero_of_a_recording_and_says_so(made, tmp_path):

@@ -18,6 +18,7 @@ from tcp_muscle_ros import interface
 from tcp_muscle_ros.commands.progress import Progress
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.settings.intervals import variants
 from tcp_muscle_ros.settings.parameter_file import read, write
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -92,6 +93,7 @@ def test_from_a_protocol_to_an_improved_muscle_with_frames_in_between(muscle, tm
     written = read(tmp_path / 'improved.yaml').parameters
     for name in ('hA', 'B', 'natural_convection.n'):
         assert written[name] == pytest.approx(found.file.parameters[name], rel=1e-4)
+    assert len(variants(tmp_path / 'improved.yaml', written)) > 1
     assert found.report(tmp_path / 'report').is_file()
 
     def missed(params):

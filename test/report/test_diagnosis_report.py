@@ -25,6 +25,8 @@ from report.html_page import Page
 from tcp_muscle_ros.diagnosis.answer.findings import VERDICTS, Imitated, Value
 from tcp_muscle_ros.diagnosis.answer.issues import with_faults
 from tcp_muscle_ros.diagnosis.answer.replaying import replay
+from tcp_muscle_ros.diagnosis.fitting.calibration import Estimate, Known
+from tcp_muscle_ros.diagnosis.model.unknown import Unknown
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.recording.bag import read_bag
@@ -44,6 +46,7 @@ from tcp_muscle_ros.report.report_json import as_data, schema
 from tcp_muscle_ros.report.terminal import WIDTH, summary
 from tcp_muscle_ros.report.viewer import embedded
 from tcp_muscle_ros.report.write import refuse_report, write_report
+from tcp_muscle_ros.settings.intervals import variants
 from tcp_muscle_ros.settings.parameter_file import read
 
 # The names of the report's contract, as programs rely on them: key -> keys below it.
@@ -432,6 +435,19 @@ def test_a_report_that_finds_the_disk_full_leaves_nothing_and_does_not_block_the
     write_report(tmp_path / 'report', d, experiments, force=True)
     assert not (tmp_path / 'report' / 'old').exists()
     assert [path.name for path in tmp_path.iterdir()] == ['report']
+
+
+def test_intervals_stand_beside_the_improved_muscle_and_go_with_an_older_report(made, tmp_path):
+    d, experiments = made['match']
+    k0 = Unknown('k0', d.improved['k0'], 1.0, 100.0, 1.0, log=True)
+    row = Estimate('k0', None, NOMINAL['k0'], d.improved['k0'], 20.0, 25.0, 'N/m', True, False, None)
+    write_report(tmp_path / 'report', replace(d, known=Known((row,), (k0,), np.array([[0.01]]))), experiments)
+    improved = tmp_path / 'report' / 'improved.yaml'
+    drawn = variants(improved, read(improved).parameters)
+    assert np.std(np.log([one['k0'] for one in drawn.values()])) == pytest.approx(0.1, rel=0.3)
+    write_report(tmp_path / 'report', d, experiments, force=True)
+    assert variants(improved, read(improved).parameters) is None
+    assert not (tmp_path / 'report' / 'improved.intervals.json').exists()
 
 
 def test_sensor_effects_stay_out_of_the_muscle(tmp_path):

@@ -19,6 +19,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
 from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, of_form, rig_of
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
+from tcp_muscle_ros.diagnosis.answer.known import known_of
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
 from tcp_muscle_ros.diagnosis.answer.notes import (
     imitated,
@@ -337,6 +338,7 @@ def conclude(
         runs=runs.runs if runs else (),
         would_help=would_help(findings, proposal, experiments),
         imitated=imitated(selection.final, selection.calibrated),
+        known=known_of(selection, improved),
     )
 
 

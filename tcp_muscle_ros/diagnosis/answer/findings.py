@@ -6,6 +6,7 @@ The report (JSON, HTML, figures, terminal) is made from ``Diagnosis`` alone.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from tcp_muscle_ros.diagnosis.fitting.calibration import Known
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.diagnosis.search.selected import Weighed
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
@@ -248,7 +249,8 @@ class Diagnosis:
 
     ``headline`` is the one plain sentence; ``calibrated`` the nominal muscle recalibrated, without what was found,
     ``improved`` the muscle that sim_node should use, as it is after the last recording; ``ages`` how old it was in
-    each; ``rig`` what the instruments do.
+    each; ``rig`` what the instruments do; ``known`` how well the improved muscle is known, None where nothing was
+    fitted.
 
     ``repeatability``: by channel what runs of one protocol do not share (SI), None where there are no replicates.
     ``runs``: what each has for itself where they differ.
@@ -286,6 +288,7 @@ class Diagnosis:
     would_help: tuple[str, ...] = ()
     doubtful: tuple[Weighed, ...] = ()
     imitated: Imitated | None = None
+    known: Known | None = None
 
 
 def strengths(effect: str, parameters: Mapping[str, Value]) -> list[tuple[Value, float]]:

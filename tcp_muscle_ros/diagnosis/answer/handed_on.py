@@ -36,13 +36,18 @@ def improved_muscle(selection: Selection) -> Parameters:
     muscle = as_it_begins(now(foretelling(as_assumed(final), selection.calibrated)), final)
     own = {u.name.split('.')[0] for u in final.problem.unknowns if u.each_has}
     physics = [e for e in muscle.effects if EFFECTS[e].of_muscle and e not in own]
-    leakage = slips.mean_leakage(final) if selection.leapt is None else None
+    leakage = leakage_of(selection)
     if leakage is None:
         return muscle.only_effects(physics)
     roles = final.problem.model.roles
     return muscle.only_effects([*physics, roles.slips]).replace(
         {roles.rate: leakage.rate, roles.begins: leakage.begins}
     )
+
+
+def leakage_of(selection: Selection) -> slips.Leakage | None:
+    """The mean of slips at their own instants, where such were found and have a name."""
+    return slips.mean_leakage(selection.best) if selection.leapt is None else None
 
 
 def foretelling(final: Fit, calibrated: Fit) -> Fit:
@@ -54,13 +59,11 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
     all else is fitted to that. A muscle may be of another make than assumed: it goes no farther than the recordings let
     it, of each channel by a share of what was gained there.
     """
-    problem = final.problem
-    places = [k for k, u in enumerate(problem.unknowns) if u.key == (STIFFNESS, None)]
-    if not places or not one_load(problem.experiments) or final is calibrated:
+    problem, k = final.problem, stiffness_of_one_load(final, calibrated)
+    if k is None:
         return final
-    (k,) = places
     unknown = problem.unknowns[k]
-    said, assumed = float(final.covariance[k, k]) + of_form(final, calibrated, k) ** 2, _COIL_TO_COIL**2
+    said, assumed = _said(final, calibrated, k), _COIL_TO_COIL**2
     held = (float(final.z[k]) * assumed + unknown.to_fit(unknown.start) * said) / (said + assumed)
     share, before = problem.policy.alike, _missed(calibrated)
     allowed = {n: (1.0 + _HARDLY) * e + share * max(before[n] - e, 0.0) for n, e in _missed(final).items()}
@@ -72,6 +75,24 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
             break
         reached = near
     return reached
+
+
+def stiffness_of_one_load(final: Fit, calibrated: Fit) -> int | None:
+    """Which unknown the stiffness is, where one load was hung and effects were found; else None."""
+    if final is calibrated or not one_load(final.problem.experiments):
+        return None
+    return next((k for k, u in enumerate(final.problem.unknowns) if u.key == (STIFFNESS, None)), None)
+
+
+def unsure_of_stiffness(final: Fit, calibrated: Fit, k: int) -> float:
+    """How well that stiffness is known (variance, fit's coordinate): by what the fit says and what was assumed."""
+    said, assumed = _said(final, calibrated, k), _COIL_TO_COIL**2
+    return said * assumed / (said + assumed)
+
+
+def _said(final: Fit, calibrated: Fit, k: int) -> float:
+    """How well a fit says an unknown (variance): as well as the forms are known."""
+    return float(final.covariance[k, k]) + of_form(final, calibrated, k) ** 2
 
 
 def of_form(final: Fit, calibrated: Fit, k: int) -> float:

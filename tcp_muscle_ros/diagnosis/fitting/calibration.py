@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.as_assumed import as_assumed
-from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.fitting.least_squares import WIDTH, Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.warm_start import begun_warm
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Before, Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
@@ -45,6 +45,16 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class Known:
+    """How well a muscle is known: estimates, and the covariance of what all recordings share (``unknowns``), in the
+    fit's coordinates."""
+
+    estimates: tuple[Estimate, ...]
+    unknowns: tuple[Unknown, ...]
+    covariance: Array
+
+
+@dataclass(frozen=True)
 class Calibration:
     """A calibrated muscle: the fit, each estimate, and ratios that are fixed even where their members are not."""
 
@@ -61,6 +71,14 @@ class Calibration:
     def parameters(self) -> Parameters:
         """The calibrated muscle; what the data do not fix is as assumed, where the rest fits as well so."""
         return as_assumed(self.fit).muscle
+
+    @property
+    def known(self) -> Known:
+        """How well it is known."""
+        unknowns = self.fit.problem.unknowns
+        shared = [k for k, u in enumerate(unknowns) if u.recording is None]
+        mine = self.fit.covariance[np.ix_(shared, shared)]
+        return Known((*self.estimates, *self.combinations), tuple(unknowns[k] for k in shared), mine)
 
     def rmse(self) -> dict[str, list[float]]:
         """Root mean square misfit (SI) of single samples by channel, one entry a recording (nan where it was not
@@ -104,7 +122,9 @@ def calibrate(
     fitted = begun_warm(cold, freely, coarse_start)
     if fitted is not cold:
         fitted = under_what_is_left(fitted, briefly, rounds - 1)
-    return Calibration(fitted, tuple(_estimates(fitted)), tuple(_combinations(fitted)))
+    problem = fitted.problem
+    found = estimates(problem.model, problem.unknowns, fitted.z, fitted.covariance)
+    return Calibration(fitted, tuple(found), tuple(_combinations(fitted)))
 
 
 def under_what_is_left(fitted: Fit, fitting: Callable[..., Fit], times: int = 1) -> Fit:
@@ -203,18 +223,23 @@ def unit_of(model: Model, name: str) -> str:
     return model.state_unit if name in (AMBIENT, START) else model.specifications[name].unit
 
 
-def _estimates(fitted: Fit) -> list[Estimate]:
-    spread = np.sqrt(np.diag(fitted.covariance))
-    correlation = fitted.covariance / np.maximum(np.outer(spread, spread), 1e-300)
+def estimates(
+    model: Model, unknowns: Sequence[Unknown], z: Array, covariance: Array, beside: Array | float = 0.0
+) -> list[Estimate]:
+    """Each unknown at ``z`` with its interval, and what it trades against where it is not fixed.
+
+    ``beside``: a further standard deviation of each, in the fit's coordinate, of which their errors share nothing.
+    """
+    spread = np.sqrt(np.diag(covariance))
+    wide = np.hypot(spread, beside)
+    correlation = covariance / np.maximum(np.outer(spread, spread), 1e-300)
     found = []
-    for k, unknown in enumerate(fitted.problem.unknowns):
-        low, high = fitted.interval(k)
-        fixed = unknown.fixed_by(float(spread[k]))
+    for k, unknown in enumerate(unknowns):
         strongest = np.abs(correlation[k])
         strongest[k] = 0.0
         other = int(np.argmax(strongest))
-        partner = _label(fitted.problem.unknowns[other]) if strongest[other] > 0.7 else None
-        value = unknown.from_fit(float(fitted.z[k]))
+        partner = _label(unknowns[other]) if strongest[other] > 0.7 else None
+        value = unknown.from_fit(float(z[k]))
         at_bound = bool(np.isclose(value, unknown.low, rtol=1e-4) or np.isclose(value, unknown.high, rtol=1e-4))
         found.append(
             Estimate(
@@ -222,10 +247,10 @@ def _estimates(fitted: Fit) -> list[Estimate]:
                 unknown.recording,
                 unknown.start,
                 value,
-                low,
-                high,
-                unit_of(fitted.problem.model, unknown.name),
-                fixed,
+                unknown.from_fit(float(z[k] - WIDTH * wide[k])),
+                unknown.from_fit(float(z[k] + WIDTH * wide[k])),
+                unit_of(model, unknown.name),
+                unknown.fixed_by(float(spread[k])),
                 at_bound,
                 partner,
             )
@@ -254,7 +279,7 @@ def _combinations(fitted: Fit) -> list[Estimate]:
             centre = float(weights @ fitted.z)
             spread = float(np.sqrt(weights @ fitted.covariance @ weights))
             nominal = problem.unknowns[k].start / problem.unknowns[below].start
-            low, high = np.exp(centre - 1.645 * spread), np.exp(centre + 1.645 * spread)
+            low, high = np.exp(centre - WIDTH * spread), np.exp(centre + WIDTH * spread)
             fixed = spread < FACTOR
             found.append(
                 Estimate(

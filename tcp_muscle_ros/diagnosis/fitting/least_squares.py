@@ -18,6 +18,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
+WIDTH = 1.645  # standard deviations either way: the interval of 90 %
 _STEP = 1e-5
 _WORKERS = 2
 _UPDATES = 5  # of the slopes, before they are taken anew
@@ -122,8 +123,8 @@ class Fit:
         """Misfit and penalty: twice the negative log posterior but for a constant."""
         return self.misfit + self.penalty
 
-    def interval(self, k: int, width: float = 1.645, beside: float = 0.0) -> tuple[float, float]:
-        """The interval of unknown k, ``width`` standard deviations either way (1.645: 90 %).
+    def interval(self, k: int, width: float = WIDTH, beside: float = 0.0) -> tuple[float, float]:
+        """The interval of unknown k, ``width`` standard deviations either way (90 % unless given).
 
         ``beside``: a further standard deviation, in the fit's coordinate.
         """
