@@ -8,6 +8,8 @@ from diagnosis.made import NOMINAL, TRUE
 
 from tcp_muscle_ros.diagnosis.answer.cluster import cluster, one_channel
 from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values
+from tcp_muscle_ros.diagnosis.answer.findings import RunToRun
+from tcp_muscle_ros.diagnosis.answer.notes import on_unrepeated
 from tcp_muscle_ros.diagnosis.diagnose import diagnose, skipped
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
@@ -19,6 +21,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.search.holdout import Gain
+from tcp_muscle_ros.diagnosis.search.location import Unexplained
 from tcp_muscle_ros.diagnosis.search.rivals import Rival
 from tcp_muscle_ros.diagnosis.search.selected import Chosen
 from tcp_muscle_ros.muscle import simulate
@@ -148,3 +151,22 @@ def test_causes_that_look_alike_share_one_probability_and_one_channel_is_known_a
     assert [(m.effect, m.stage) for m in found] == [('supply_lag', 'electrical'), ('two_node', 'thermal')]
     assert sum(m.probability for m in found) == pytest.approx(1.0) and found[0].probability < 0.8
     assert one_channel(fitted.problem)
+
+
+def test_that_no_run_repeats_another_is_noted_only_where_something_is_unexplained():
+    left = Unexplained('mechanical', 'displacement', 0.6, 'temperature', 300.0, 320.0, (0, 1.0, 2.0))
+    (said,) = on_unrepeated(left, None)
+    assert 'can be predicted at all is unknown' in said and 'a second run of the same protocol tells' in said
+    assert on_unrepeated(left, RunToRun({'displacement': 1e-4})) == ()
+    assert on_unrepeated(None, None) == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('repeated', [False, True])
+def test_recordings_that_leave_something_unexplained_say_whether_one_repeats_another(repeated):
+    made = [run(0.7, course=0.1), run(0.7 if repeated else 0.5, course=0.1, seed=0 if repeated else 1)]
+    found = diagnose(made, NOMINAL)
+    noted = any('none of them repeats another' in note for note in found.notes)
+    assert noted is (found.unexplained is not None and not repeated)
+    assert repeated or found.unexplained is not None
+    assert (found.repeatability['displacement'] is None) is not repeated

@@ -34,6 +34,7 @@ from tcp_muscle_ros.diagnosis.answer.notes import (
     on_shared,
     on_slips,
     on_stops,
+    on_unrepeated,
     on_unseen,
     on_untried,
     on_warm_start,
@@ -330,7 +331,7 @@ def conclude(
         rig=beside(rig, rig_of(selection.final)),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=(*notes_on_runs(runs), *_notes(selection, remains, untried), *on_age(improved, ages)),
+        notes=(*_notes(selection, remains, untried, runs), *on_age(improved, ages)),
         seconds=dict(seconds),
         calibrated=selection.calibrated.muscle,
         verdict_probability=of_verdict(verdict, findings),
@@ -342,9 +343,13 @@ def conclude(
     )
 
 
-def _notes(selection: Selection, remains: Unexplained | None, untried: Mapping[str, str]) -> tuple[str, ...]:
+def _notes(
+    selection: Selection, remains: Unexplained | None, untried: Mapping[str, str], runs: RunToRun | None
+) -> tuple[str, ...]:
     """What is to be known beside the findings."""
     return (
+        *notes_on_runs(runs),
+        *on_unrepeated(remains, runs),
         *on_untried(selection, untried),
         *notes(selection.final.problem.followed),
         *on_one_load(selection.final.problem.followed),

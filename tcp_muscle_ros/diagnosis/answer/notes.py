@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.answer.findings import Imitated
+from tcp_muscle_ros.diagnosis.answer.findings import Imitated, RunToRun
 from tcp_muscle_ros.diagnosis.answer.free_curve import driver_of
 from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
 from tcp_muscle_ros.diagnosis.answer.sticking import imitation, one_run, said_of
@@ -119,6 +119,17 @@ def on_draught(selection: Selection) -> tuple[str, ...]:
     return (
         f'the draught came and went: beside one gust in each recording the loss of heat varied by '
         f'{100.0 * varied:.0f} % (root mean square); improved.yaml has the muscle in air that moves as on average',
+    )
+
+
+def on_unrepeated(unexplained: Unexplained | None, runs: RunToRun | None) -> tuple[str, ...]:
+    """That nothing says how much of what is ``unexplained`` any model could predict, where no runs repeat each other:
+    it may as well differ from run to run."""
+    if unexplained is None or runs is not None:
+        return ()
+    return (
+        'how well such recordings can be predicted at all is unknown, since none of them repeats another: a second run '
+        'of the same protocol tells',
     )
 
 
