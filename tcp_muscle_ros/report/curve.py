@@ -15,7 +15,9 @@ LEFT, RIGHT, BOTTOM = 60.0, 352.0, 116.0  # of the frame, in the picture's units
 def curve_picture(law: FreeLaw) -> dict[str, Any]:
     """The points of the curve and of its 90 % band, what stands at the axes, and the text alternative."""
     at = shown(law.driver, law.at)
-    low, high = float(np.min(law.low)), float(np.max(law.high))
+    said = law.in_words
+    drawn = [law.low, law.high, *([said.value] if said else [])]
+    low, high = float(np.min(drawn)), float(np.max(drawn))
     room = 0.05 * (high - low) or 1.0
 
     def points(value: Array) -> list[str]:
@@ -26,6 +28,7 @@ def curve_picture(law: FreeLaw) -> dict[str, Any]:
     driver = CHANNEL_AXIS.get(law.driver, plain(law.driver))
     first, last = (f'{number(float(law.value[k]))} {law.unit} at {number(float(at[k]))}' for k in (0, -1))
     return {
+        'said': ' '.join(points(said.value)) if said else '',
         'curve': ' '.join(points(law.value)),
         'band': ' '.join(points(law.low) + points(law.high)[::-1]),
         'left': LEFT,
@@ -36,5 +39,6 @@ def curve_picture(law: FreeLaw) -> dict[str, Any]:
         'from': number(float(at[0])),
         'to': number(float(at[-1])),
         'axis': f'{law.unit} over {driver}',
-        'alternative': f'Curve over {driver}, with its 90 % band: from {first} to {last}',
+        'alternative': f'Curve over {driver}, with its 90 % band: from {first} to {last}'
+        + (f'; dashed: {said.form}, the form in words' if said else ''),
     }

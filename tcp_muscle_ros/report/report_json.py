@@ -19,6 +19,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Diagnosis,
     Finding,
     FreeLaw,
+    InWords,
     Proposal,
     RecordingSummary,
     Run,
@@ -154,7 +155,26 @@ def _change(c: Change) -> dict[str, object]:
 
 def _free_law(stage: str, law: FreeLaw) -> dict[str, object]:
     curve = {name: getattr(law, name).tolist() for name in ('at', 'value', 'low', 'high')}
-    return {'stage': stage, 'driver': law.driver, 'unit': law.unit, 'curve': curve, 'nearest': law.nearest}
+    return {
+        'stage': stage,
+        'driver': law.driver,
+        'unit': law.unit,
+        'curve': curve,
+        'nearest': law.nearest,
+        'nearest_share': law.nearest_share,
+        'in_words': law.in_words and _in_words(law.in_words),
+    }
+
+
+def _in_words(said: InWords) -> dict[str, object]:
+    return {
+        'form': said.form,
+        'sentence': said.sentence,
+        'equation': said.equation,
+        'parameters': {name: {'value': value, 'unit': unit} for name, (value, unit) in said.parameters.items()},
+        'as_well': said.as_well,
+        'curve': said.value.tolist(),
+    }
 
 
 def _interval(found: tuple[int, float, float]) -> tuple[int, float, float]:

@@ -102,7 +102,8 @@ def _parameters(finding: Finding) -> str:
     law = finding.unlisted
     if law is not None:
         first, last = (number(float(law.value[k]), 2) for k in (0, -1))
-        nearest = f'; nearest is {plain(law.nearest)}' if law.nearest else ''
+        share = '' if law.nearest_share is None else f' ({percent(law.nearest_share)} of it)'
+        nearest = f'; nearest is {plain(law.nearest)}{share}' if law.nearest else ''
         return f'{first} to {last} {law.unit} over the {plain(law.driver)}, a curve in the report{nearest}'
     return ', '.join(f'{name} {parameter_text(finding.effect, name, v)}' for name, v in own_parameters(finding).items())
 

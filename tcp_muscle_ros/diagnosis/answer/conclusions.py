@@ -16,7 +16,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Series,
     Value,
 )
-from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
+from tcp_muscle_ros.diagnosis.answer.free_curve import found_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, of_form, rig_of
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.known import known_of
@@ -151,7 +151,7 @@ def _findings(selection: Selection, remains: Unexplained | None) -> tuple[Findin
     for c in selection.chosen:
         effect = c.definition
         values = _effect_values(final, c.effect)
-        law = free_law(final, c.effect, c.nearest) if effect.free is not None else None
+        law = found_law(selection, c) if effect.free is not None else None
         likely = _weighed(selection, c, values, remains is not None)
         found.append(
             Finding(

@@ -91,9 +91,24 @@ class RecordingSummary:
 
 
 @dataclass(frozen=True)
+class InWords:
+    """A law without a name by a form: its name, the sentence that says it, its ``equation`` with ``parameters`` (value
+    and unit), the other forms that fit its table ``as_well``, and its values where the law's curve has its own."""
+
+    form: str
+    sentence: str
+    equation: str
+    parameters: Mapping[str, tuple[float, str]]
+    as_well: tuple[str, ...]
+    value: Array
+
+
+@dataclass(frozen=True)
 class FreeLaw:
     """The curve of a law without a name: ``value`` over the driver ``at`` (SI, shape (m,)), 90 % between ``low`` and
-    ``high``; ``unit``: of the values; ``nearest``: the listed effect that comes closest, None where none does."""
+    ``high``; ``unit``: of the values; ``nearest``: the listed effect that comes closest, None where none does, and
+    ``nearest_share``: of what the law removes of the misfit, what that one removes alone, None where that is not known.
+    ``in_words``: None where no form predicts unseen data as well."""
 
     driver: str
     unit: str
@@ -102,6 +117,8 @@ class FreeLaw:
     low: Array
     high: Array
     nearest: str | None
+    nearest_share: float | None = None
+    in_words: InWords | None = None
 
 
 @dataclass(frozen=True)

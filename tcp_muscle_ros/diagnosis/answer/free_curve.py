@@ -1,17 +1,30 @@
 """The curve of a law without a name, with the band that the recordings leave to it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from tcp_muscle_ros.diagnosis.answer.findings import FreeLaw
+from tcp_muscle_ros.diagnosis.answer.form_words import in_words
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.edges import EDGES, of
 
 _POINTS = 41
 _NINETY = 1.645  # standard deviations either way of a 90 % interval
+
+
+def found_law(selection: Selection, chosen: Chosen) -> FreeLaw:
+    """What is said of a law that was chosen: its curve, in words where a form is as good, how far the catalogue is."""
+    law = free_law(selection.final, chosen.effect, chosen.nearest)
+    said = in_words(selection, chosen.effect, law.driver, law.at)
+    if chosen.closest is None:
+        return replace(law, in_words=said)
+    name, drop = chosen.closest
+    return replace(law, nearest=name, nearest_share=max(drop, 0.0) / chosen.drop, in_words=said)
 
 
 def free_law(fitted: Fit, effect: str, nearest: Sequence[str] = ()) -> FreeLaw:

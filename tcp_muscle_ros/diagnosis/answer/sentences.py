@@ -55,7 +55,16 @@ def free_sentence(effect: str, law: FreeLaw, probability: float = 1.0) -> str:
         f'No listed effect explains what is left, a law without a name {does}: {words(effect)} over '
         f'{words(law.driver)} ({meaning} from {first:.3g} to {last:.3g} {law.unit}).'
     )
-    return sentence + (f' It stands in the place of {words(law.nearest)}.' if law.nearest else '')
+    return ' '.join(filter(None, [sentence, law.in_words.sentence if law.in_words else '', nearest_law(law)]))
+
+
+def nearest_law(law: FreeLaw) -> str:
+    """The listed law that comes nearest to one without a name, and how far it is from it."""
+    if law.nearest is None:
+        return ''
+    if law.nearest_share is None:
+        return f'The nearest listed law is {words(law.nearest)}.'
+    return f'The nearest listed law, {words(law.nearest)}, explains {100 * law.nearest_share:.0f} % of it.'
 
 
 def where(location: Location) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.free_laws import HALF, excess, promising, refitted
-from tcp_muscle_ros.diagnosis.search.holdout import confirmation, held_out
+from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.rivals import penalised
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import EFFECTS
@@ -58,8 +58,13 @@ def _missed(found: Selection) -> bool:
 def _no_worse(found: Selection, bent: Fit) -> bool:
     """Whether it predicts no channel of unseen data worse than the plain form: a table bends to what one recording has
     alone, and may well be right of most of the others."""
-    plain, with_bend = held_out(found.final, found.kept_back).rmse(), held_out(bent, found.kept_back).rmse()
-    return all(with_bend[name] <= _AS_WELL * error for name, error in plain.items())
+    return as_well(held_out(found.final, found.kept_back), held_out(bent, found.kept_back))
+
+
+def as_well(plain: HeldOut, other: HeldOut) -> bool:
+    """Whether another model predicts no channel of unseen data worse than a plain one."""
+    errors = other.rmse()
+    return all(errors[name] <= _AS_WELL * error for name, error in plain.rmse().items())
 
 
 def _held(fitted: Fit) -> Fit:

@@ -299,7 +299,8 @@ def _selection(found: Selection, start: Fit, better: Fit, law: Law, kept: Sequen
     replaced = [c.effect for c in found.chosen if c not in kept]
     share = 1.0 - excess(better, found) / max(excess(found.calibrated, found), 1e-300)
     effect = law.basis.effect
-    chosen = Chosen(effect, drop, gain, share, (Rival(effect, better, penalised(better)),), nearest=tuple(replaced))
+    rivals = (Rival(effect, better, penalised(better)),)
+    chosen = Chosen(effect, drop, gain, share, rivals, tuple(replaced), _closest(found, start, replaced, kept))
     return replace(
         found,
         final=final,
@@ -307,3 +308,11 @@ def _selection(found: Selection, start: Fit, better: Fit, law: Law, kept: Sequen
         after=held_out(final, found.kept_back),
         structure_after=structure,
     )
+
+
+def _closest(found: Selection, start: Fit, replaced: Sequence[str], kept: Sequence[Chosen]) -> tuple[str, float] | None:
+    """The listed effect that comes closest to a law, and its drop from where the law has its own: that in whose place
+    it stands, else the best of those that were tried alone; beside others none was."""
+    if replaced:
+        return replaced[0], penalised(start) - penalised(found.final)
+    return max(found.first.refitted.items(), key=lambda one: one[1], default=None) if not kept else None

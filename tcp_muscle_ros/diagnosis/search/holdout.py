@@ -1,6 +1,6 @@
 """Held-out data: other recordings, or other stretches of a single one; free-run, never one step ahead."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -108,11 +108,14 @@ class HeldOut:
 
 
 @lru_cache(maxsize=16)
-def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> HeldOut:
+def held_out(
+    fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12, then: Callable[[Fit], Array] | None = None
+) -> HeldOut:
     """Refit without each fold in turn, from the full fit, and look at the fold.
 
     What belongs to a recording alone is taken from the full fit where that is kept back whole: it is no property of the
     muscle, and a new recording brings its own. So is its start always, which may be in the stretch that is kept back.
+    ``then``: makes of a fit to the rest the unknowns that are looked at instead of its own.
     """
     problem = fitted.problem
     clusters: list[Mapping[str, Array]] = []
@@ -126,7 +129,7 @@ def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> Held
         z = np.array(
             [
                 own if u.state or (u.recording is not None and u.recording == fold.whole) else shared
-                for u, own, shared in zip(problem.unknowns, fitted.z, trained.z, strict=True)
+                for u, own, shared in zip(problem.unknowns, fitted.z, then(trained) if then else trained.z, strict=True)
             ]
         )
         looked = testing(problem, fold)

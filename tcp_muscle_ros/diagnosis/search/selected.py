@@ -22,7 +22,8 @@ from tcp_muscle_ros.muscle.arrays import Array
 class Chosen:
     """One accepted effect: its drop of the misfit, the unseen data's word on it in the company of the others, the share
     of the calibrated model's misfit that it takes away (the largest over channels), and its rivals (best first, itself
-    too). ``nearest``: of a law without a name, the listed effects in whose place it stands."""
+    too). ``nearest``: of a law without a name, the listed effects in whose place it stands;
+    ``closest``: the listed effect that comes closest to it, and the drop that it has alone."""
 
     effect: str
     drop: float
@@ -30,6 +31,7 @@ class Chosen:
     share: float
     rivals: tuple[Rival, ...]
     nearest: tuple[str, ...] = ()
+    closest: tuple[str, float] | None = None
 
     @property
     def definition(self) -> Effect:
