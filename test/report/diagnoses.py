@@ -13,6 +13,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Diagnosis,
     Finding,
     FreeLaw,
+    InWords,
     NotTestable,
     Proposal,
     Ranked,
@@ -343,7 +344,15 @@ def unlisted():
     d, experiments = convection_or_radiation()
     at = np.linspace(296.15, 363.15, 12)
     value = 0.0189 * (1.0 + 0.004 * (at - 296.15))
-    law = FreeLaw('temperature', 'W/K', at, value, 0.97 * value, 1.03 * value, 'natural_convection')
+    said = InWords(
+        'linear',
+        'The conductance rises evenly with the temperature, by 0.4 % per K.',
+        'c + b (x - o)/w',
+        {'c': (0.0189, 'W/K'), 'b': (0.005, 'W/K'), 'o': (23.0, 'degC'), 'w': (67.0, 'K')},
+        (),
+        1.01 * value,
+    )
+    law = FreeLaw('temperature', 'W/K', at, value, 0.97 * value, 1.03 * value, 'natural_convection', 0.41, said)
     found = replace(
         d.findings[0], effect='free_conductance', parameters={}, indistinguishable_from=(), unlisted=law, equation=''
     )

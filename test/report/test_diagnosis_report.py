@@ -276,10 +276,27 @@ def test_the_terminal_gives_the_numbers_of_every_finding_whole(made):
 def test_the_terminal_tells_a_law_without_a_name_by_its_driver(made):
     text = summary(replace(made['unlisted'][0], unexplained=made['unexplained'][0].unexplained))
     assert 'probability 0.61; no listed effect explains it' in text
-    assert '0.019 to 0.024 W/K over the temperature, a curve in the report; nearest is natural convection' in text
+    said = ' '.join(text.split())
+    assert '0.019 to 0.024 W/K over the temperature, a curve in the report; nearest is natural convection (41 %' in said
     assert 'explained by no listed effect, but by that law: 42 % of the misfit' in text
     assert 'value_1' not in text
     assert 'unexplained' not in text
+
+
+def test_a_law_in_words_is_in_the_data_and_beside_its_curve(made):
+    with_words = made['unlisted'][0]
+    (finding,) = as_data(with_words)['findings']
+    assert finding['unlisted']['nearest_share'] == 0.41
+    said = finding['unlisted']['in_words']
+    assert said['form'] == 'linear' and said['parameters']['o'] == {'value': 23.0, 'unit': 'degC'}
+    assert len(said['curve']) == len(finding['unlisted']['curve']['at'])
+    assert 'dashed: the form in words' in render(with_words)
+    (found,) = with_words.findings
+    plain = replace(with_words, findings=(replace(found, unlisted=replace(found.unlisted, in_words=None)),))
+    content = as_data(plain)
+    assert content['findings'][0]['unlisted']['in_words'] is None
+    jsonschema.validate(content, schema())
+    assert 'dashed' not in render(plain)
 
 
 def test_the_page_calls_what_a_law_without_a_name_explains_as_the_terminal_does(made):

@@ -12,6 +12,7 @@ from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects.free_law import UNITS
 
+_METRE = UNITS['length']
 _EQUATIONS = {
     'constant': 'c',
     'linear': 'c + b (x - o)/w',
@@ -29,7 +30,7 @@ _SAYS = {
     'square': '{rises} as the square of the {driver}{counted}, by {rise} {range}',
     'power': '{rises} as the power {number:.2g} of the {driver}{counted}, by {rise} {range}',
     'exponential': '{rises} exponentially with the {driver}, by a factor e every {scale}, and by {rise} {range}',
-    'saturation': '{rises} with the {driver} and levels off, what is left of it falling by a factor e every {scale}, by {rise} {range}',
+    'saturation': '{rises} with the {driver} and levels off within some {scale}, by {rise} {range}',
     'threshold': '{rises} above {place}, by {slope}',
     'until': '{rises} up to {place}, by {slope}, and stays there',
     'step': '{rises} by {step} about {place}',
@@ -105,16 +106,16 @@ def _size(effect: str, value: float, base: float) -> str:
     unit = unit_of(effect)
     if unit == '1':
         return f'{100.0 * value / (1.0 + base):.2g} %'
-    return f'{1e3 * value:.2g} mm' if unit == 'm' else f'{value:.2g} {unit}'
+    return f'{1e3 * value:.2g} mm' if unit == _METRE else f'{value:.2g} {unit}'
 
 
 def _unit(driver: str) -> str:
-    return 'mm' if UNITS[driver] == 'm' else UNITS[driver]
+    return 'mm' if UNITS[driver] == _METRE else UNITS[driver]
 
 
 def _place(driver: str, x: float) -> str:
     """A value of a driver as people read it."""
-    if driver == 'temperature':
+    if UNITS[driver] == 'K':
         return f'{x - ZERO_CELSIUS:.0f} degC'
     return f'{1e3 * x if _unit(driver) == "mm" else x:.3g} {_unit(driver)}'
 
@@ -128,7 +129,7 @@ def _either(forms: Sequence[str]) -> str:
 def _parameters(said: Said, table: Table, effect: str, driver: str) -> dict[str, tuple[float, str]]:
     """The numbers of the equation, with their units (SI, temperatures in degC)."""
     unit, equation, span = UNITS[driver], _EQUATIONS[said.form.name], table.span
-    zero, absolute = (ZERO_CELSIUS, 'degC') if driver == 'temperature' else (0.0, unit)
+    zero, absolute = (ZERO_CELSIUS, 'degC') if unit == 'K' else (0.0, unit)
     scale = WIDTH if said.form.name == 'step' else said.number
     known = {
         'o': (table.origin - zero, absolute),

@@ -135,8 +135,9 @@ def table_of(fitted: Fit, effect: str) -> Table:
     assert free is not None
     driver = tuple(free.drivers)[round(fitted.muscle[f'{effect}.driver'])]
     room = float(np.mean([np.mean(e.imposed.ambient) for e in fitted.problem.experiments]))
-    # A temperature counts from the room; a length has no zero of its own.
-    origin = {'temperature': room, 'length': float(at[0])}.get(driver, 0.0)
+    # A temperature counts from the room; what stays far from nothing, as a length does, from where it begins.
+    zero = 0.0 if at[0] < at[-1] - at[0] else float(at[0])
+    origin = room if free.drivers[driver] == 'K' else zero
     return Table(at, values, covariance, tuple(places), origin, unit_of(effect) == '1')
 
 
