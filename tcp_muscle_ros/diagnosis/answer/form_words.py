@@ -10,9 +10,8 @@ from tcp_muscle_ros.diagnosis.answer.sentences import words
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.muscle.effects.free_law import UNITS
+from tcp_muscle_ros.muscle.effects.free_law import KELVIN, METRE, UNITS
 
-_METRE = UNITS['length']
 _EQUATIONS = {
     'constant': 'c',
     'linear': 'c + b (x - o)/w',
@@ -106,16 +105,16 @@ def _size(effect: str, value: float, base: float) -> str:
     unit = unit_of(effect)
     if unit == '1':
         return f'{100.0 * value / (1.0 + base):.2g} %'
-    return f'{1e3 * value:.2g} mm' if unit == _METRE else f'{value:.2g} {unit}'
+    return f'{1e3 * value:.2g} mm' if unit == METRE else f'{value:.2g} {unit}'
 
 
 def _unit(driver: str) -> str:
-    return 'mm' if UNITS[driver] == _METRE else UNITS[driver]
+    return 'mm' if UNITS[driver] == METRE else UNITS[driver]
 
 
 def _place(driver: str, x: float) -> str:
     """A value of a driver as people read it."""
-    if UNITS[driver] == 'K':
+    if UNITS[driver] == KELVIN:
         return f'{x - ZERO_CELSIUS:.0f} degC'
     return f'{1e3 * x if _unit(driver) == "mm" else x:.3g} {_unit(driver)}'
 
@@ -129,7 +128,7 @@ def _either(forms: Sequence[str]) -> str:
 def _parameters(said: Said, table: Table, effect: str, driver: str) -> dict[str, tuple[float, str]]:
     """The numbers of the equation, with their units (SI, temperatures in degC)."""
     unit, equation, span = UNITS[driver], _EQUATIONS[said.form.name], table.span
-    zero, absolute = (ZERO_CELSIUS, 'degC') if unit == 'K' else (0.0, unit)
+    zero, absolute = (ZERO_CELSIUS, 'degC') if unit == KELVIN else (0.0, unit)
     scale = WIDTH if said.form.name == 'step' else said.number
     known = {
         'o': (table.origin - zero, absolute),

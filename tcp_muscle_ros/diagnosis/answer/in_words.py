@@ -17,6 +17,7 @@ from tcp_muscle_ros.diagnosis.search.holdout import held_out, improvement
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.effects.free_law import KELVIN
 from tcp_muscle_ros.settings.policy import Policy
 
 WIDTH = 0.06  # of the range: a step's, narrower than which a table of four knots shows none
@@ -137,7 +138,7 @@ def table_of(fitted: Fit, effect: str) -> Table:
     room = float(np.mean([np.mean(e.imposed.ambient) for e in fitted.problem.experiments]))
     # A temperature counts from the room; what stays far from nothing, as a length does, from where it begins.
     zero = 0.0 if at[0] < at[-1] - at[0] else float(at[0])
-    origin = room if free.drivers[driver] == 'K' else zero
+    origin = room if free.drivers[driver] == KELVIN else zero
     return Table(at, values, covariance, tuple(places), origin, unit_of(effect) == '1')
 
 

@@ -23,12 +23,13 @@ FEWEST = 2
 PREPARED = 4 * (KNOTS + 1) + 1  # the cubics below, between and above the knots, and where in q the driver is
 # Places in a law's coefficients; its own parameters begin at OWN.
 SHARE, DRIVER, COUNT, AT, VALUE, OWN = 0, 1, 2, 3, 3 + KNOTS, 3 + 2 * KNOTS
+KELVIN, METRE = 'K', 'm'
 UNITS = {
-    'temperature': 'K',
+    'temperature': KELVIN,
     'temperature_rate': 'K/s',
     'current': 'A',
     'power': 'W',
-    'length': 'm',
+    'length': METRE,
     'force': 'N',
     'time': 's',
 }
