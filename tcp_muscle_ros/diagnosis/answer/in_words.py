@@ -94,6 +94,11 @@ class Said:
     misfit: float
     score: float
 
+    @property
+    def count(self) -> int:
+        """How many numbers it has."""
+        return self.coefficients.size + self.form.own
+
     def values(self, table: Table, x: Array) -> Array:
         """The law at ``x``, shape (curves, x)."""
         ends = table.scaled(np.concatenate([table.at[[0, -1]], x]))  # some shapes count from the ends
@@ -103,19 +108,26 @@ class Said:
 def told_by_form(selection: Selection, effect: str) -> tuple[Said, Table] | None:
     """The form that predicts unseen data as well as the fitted table of a law does; None where none does."""
     final = selection.final
-    table = table_of(final, effect)
-    said = sparsest(table, final.problem.policy)
-    if said is None or not selection.kept_back:
+    table, policy = table_of(final, effect), final.problem.policy
+    most = sparsest(table, policy)
+    if most is None or not selection.kept_back:
         return None
+    found = sorted(_fitted(table, policy), key=lambda said: said.score)
+    # Of as many numbers the best: how a curve between few knots misses a form may be more than the recordings tell.
+    for count in range(2, most.count):
+        simpler = next((said for said in found if said.count == count), None)
+        if simpler is not None and _as_good(selection, effect, simpler.form):
+            return simpler, table
+    return (most, table) if _as_good(selection, effect, most.form) else None
 
-    def held_to_it(trained: Fit) -> Array:
-        return held_to(trained, effect, said.form)
 
-    by_table = held_out(final, selection.kept_back)
-    by_form = held_out(final, selection.kept_back, then=held_to_it)
+def _as_good(selection: Selection, effect: str, form: Form) -> bool:
+    """Whether a form predicts unseen data as well as the table does."""
+    by_table = held_out(selection.final, selection.kept_back)
+    by_form = held_out(selection.final, selection.kept_back, then=lambda trained: held_to(trained, effect, form))
     # Nor may unseen data confirm the table over the form, as they confirm an effect.
     better = improvement(by_form, by_table, whole=selection.kept_back[0].whole is not None)
-    return (said, table) if as_well(by_table, by_form) and not better.holds else None
+    return as_well(by_table, by_form) and not better.holds
 
 
 def table_of(fitted: Fit, effect: str) -> Table:
@@ -153,7 +165,7 @@ def sparsest(table: Table, policy: Policy) -> Said | None:
     found = _fitted(table, policy)
     best = min((said.score for said in found), default=0.0)
     near = [said for said in found if said.score <= best + policy.least_drop]
-    return min(near, key=lambda said: (said.coefficients.size + said.form.own, said.score), default=None)
+    return min(near, key=lambda said: (said.count, said.score), default=None)
 
 
 def alike(said: Said, table: Table, policy: Policy) -> tuple[str, ...]:
