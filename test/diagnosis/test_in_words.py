@@ -60,13 +60,13 @@ def test_it_is_said_with_its_place_and_its_slope():
     said = sparsest(rising, shipped())
     assert (
         sentence(said, rising, 'free_conductance', 'temperature')
-        == 'The conductance rises above 52 degC, by 3.1 % per K.'
+        == 'As far as these recordings tell, the conductance rises above 52 degC, by 3.1 % per K.'
     )
     span = 'from 20 degC to 90 degC.'
     for curve, end in (
-        ('linear', 'The capacity rises evenly with the temperature, by 0.43 % per K.'),
-        ('square', 'The capacity rises as the square of the temperature above 20 degC, by 30 % ' + span),
-        ('until', 'The capacity rises up to 57 degC, by 0.86 % per K, and stays there.'),
+        ('linear', 'As far as these recordings tell, the capacity rises evenly with the temperature, by 0.43 % per K.'),
+        ('square', 'As far as these recordings tell, the capacity rises as the square of the temperature above 20 degC, by 30 % ' + span),
+        ('until', 'As far as these recordings tell, the capacity rises up to 57 degC, by 0.86 % per K, and stays there.'),
     ):  # fmt: skip
         made = table(CURVES[curve])
         assert sentence(sparsest(made, shipped()), made, 'free_capacity', 'temperature') == end
@@ -77,8 +77,8 @@ def test_heating_and_cooling_share_a_form():
     both = table(-1e-5 * (at - 293.15), -2e-5 * (at - 293.15), at=at, relative=False, spread=1e-6)
     said = sparsest(both, shipped())
     assert sentence(said, both, 'free_stroke', 'temperature') == (
-        'The stroke falls evenly with the temperature, by 0.01 mm per K while it heats; '
-        'falls evenly with the temperature, by 0.02 mm per K while it cools.'
+        'As far as these recordings tell, the stroke falls evenly with the temperature, by 0.01 mm per K while it '
+        'heats; falls evenly with the temperature, by 0.02 mm per K while it cools.'
     )
 
 
@@ -106,7 +106,7 @@ def test_a_law_of_a_form_is_said_in_words_and_how_far_the_catalogue_is():
     assert law.nearest == 'heat_capacity'
     assert 0.0 < law.nearest_share < 0.5
     said = free_sentence('free_conductance', law)
-    assert 'The conductance rises as the square of the temperature above 23 degC, by 2' in said
+    assert 'the conductance rises as the square of the temperature above 23 degC, by 2' in said
     assert said.endswith(f'The nearest listed law, heat capacity, explains {100 * law.nearest_share:.0f} % of it.')
 
 

@@ -73,7 +73,7 @@ def sentence(said: Said, table: Table, effect: str, driver: str, others: Sequenc
     acts = _ACTS[1:] if len(parts) > 1 else _ACTS
     does = '; '.join(f'{part}{act}' for part, act in zip(parts, acts, strict=False))
     also = f' {_either(others)} fits its table as well.' if others else ''
-    return f'The {noun} {does}.{also}'
+    return f'As far as these recordings tell, the {noun} {does}.{also}'
 
 
 def _does(said: Said, table: Table, effect: str, driver: str, curve: int) -> str:
