@@ -64,12 +64,13 @@ def test_it_is_said_with_its_place_and_its_slope():
     )
     span = 'from 20 degC to 90 degC.'
     for curve, end in (
-        ('linear', 'As far as these recordings tell, the capacity rises evenly with the temperature, by 0.43 % per K.'),
-        ('square', 'As far as these recordings tell, the capacity rises as the square of the temperature above 20 degC, by 30 % ' + span),
-        ('until', 'As far as these recordings tell, the capacity rises up to 57 degC, by 0.86 % per K, and stays there.'),
+        ('linear', 'capacity rises evenly with the temperature, by 0.43 % per K.'),
+        ('square', 'capacity rises as the square of the temperature above 20 degC, by 30 % ' + span),
+        ('until', 'capacity rises up to 57 degC, by 0.86 % per K, and stays there.'),
     ):  # fmt: skip
         made = table(CURVES[curve])
-        assert sentence(sparsest(made, shipped()), made, 'free_capacity', 'temperature') == end
+        said = sentence(sparsest(made, shipped()), made, 'free_capacity', 'temperature')
+        assert said == f'As far as these recordings tell, the {end}'
 
 
 def test_heating_and_cooling_share_a_form():
