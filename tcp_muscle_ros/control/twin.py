@@ -69,6 +69,10 @@ class _Trial:
     own: float = 0.0
     other: float = 0.0
 
+    def begin_anew(self) -> None:
+        """What it was compared on does not count any more."""
+        self.heated = self.own = self.other = 0.0
+
 
 @dataclass
 class Twin:
@@ -85,7 +89,7 @@ class Twin:
         self.state = State.FOLLOWS
         self.difference: Difference | None = None
         self.events: list[str] = []  # what was adopted and taken back, oldest first; whoever tells of it empties it
-        self._trial: _Trial | None = None
+        self._trials: list[_Trial] = []  # at most one that is new, and the one that was in use before
         self._scores = np.zeros(4)  # thermal, electrical, mechanical, sensor
         self._sum, self._count = np.zeros(len(CHANNELS)), np.zeros(len(CHANNELS))
         self._use(self.predictor)
@@ -100,7 +104,7 @@ class Twin:
             one.start(temperature)
 
     def _predictors(self) -> list[Predictor]:
-        return [self.predictor] if self._trial is None else [self.predictor, self._trial.predictor]
+        return [self.predictor, *(trial.predictor for trial in self._trials)]
 
     @property
     def hottest(self) -> float:
@@ -110,7 +114,7 @@ class Twin:
     @property
     def on_trial(self) -> bool:
         """Whether a model that has not been in use is compared with the one that is."""
-        return self._trial is not None and not self._trial.former
+        return not all(trial.former for trial in self._trials)
 
     def tick(
         self, now: float, dt: float, current: float, load: float, ambient: float | None, measured: Mapping[str, float]
@@ -200,39 +204,42 @@ class Twin:
     # Which model
 
     def propose(self, predictor: Predictor, now: float) -> None:
-        """Try another model beside the one in use."""
+        """Try another model beside the one in use; the former one stays, for it may still be the better of all."""
         predictor.start(self.predictor.fibre_temperature)
-        self._trial = _Trial(predictor, False, now)
+        self._trials = [*(trial for trial in self._trials if trial.former), _Trial(predictor, False, now)]
 
     def _compare(self, now: float, dt: float, shown: Array, above: float) -> None:
-        trial = self._trial
-        if trial is None:
+        self._trials = [trial for trial in self._trials if not trial.former or now - trial.began <= WATCHED]
+        if above < _MOVING or not self._trials:
             return
-        if trial.former and now - trial.began > WATCHED:
-            self._trial = None
-            return
-        if above < _MOVING:
-            return
-        scale = np.hypot(LEAST, self.test.noise)
-        for name, one in (('own', trial.predictor), ('other', self.predictor)):
-            errors = (shown - one.value) / scale
-            squared = float(np.sum(errors[np.isfinite(errors)] ** 2))
-            setattr(trial, name, getattr(trial, name) + dt * squared)
-        trial.heated += dt
-        if trial.heated >= self.trial:
-            self._decide(trial, now)
+        other = self._squared(self.predictor, shown)
+        for trial in self._trials:
+            trial.own += dt * self._squared(trial.predictor, shown)
+            trial.other += dt * other
+            trial.heated += dt
+        over = next((trial for trial in self._trials if trial.heated >= self.trial), None)
+        if over is not None:
+            self._decide(over, now)
+
+    def _squared(self, predictor: Predictor, shown: Array) -> float:
+        """A tick's squared errors of a model, in variances."""
+        errors = (shown - predictor.value) / np.hypot(LEAST, self.test.noise)
+        return float(np.sum(errors[np.isfinite(errors)] ** 2))
 
     def _decide(self, trial: _Trial, now: float) -> None:
         if trial.own < BETTER * trial.other:
-            before, after = self.predictor, trial.predictor
-            self._use(after)
-            self._trial = _Trial(before, True, now)
+            before = self.predictor
+            self._use(trial.predictor)
+            rest = [one for one in self._trials if one is not trial and not one.former]
+            for one in rest:
+                one.begin_anew()  # it was compared with the model that has just been replaced
+            self._trials = [*rest, _Trial(before, True, now)]
             ratio = np.sqrt(trial.own / max(trial.other, 1e-30))
             done = 'taken back: the former model' if trial.former else 'adopted: the new model'
             self.events.append(f'{done} predicts the last {trial.heated:.0f} s with {ratio:.2f} times the error')
             self.forget()
         elif trial.former:
-            trial.heated = trial.own = trial.other = 0.0
+            trial.begin_anew()
         else:
-            self._trial = None
+            self._trials.remove(trial)
             self.events.append('not adopted: the new model predicts no better than the one in use')

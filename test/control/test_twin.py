@@ -129,6 +129,24 @@ def test_a_better_model_is_adopted_and_taken_back_when_it_predicts_worse():
     assert 'taken back' in bench.twin.events[-1]
 
 
+@pytest.mark.parametrize('still', [False, True])
+def test_the_former_model_is_taken_back_though_another_was_proposed_meanwhile(still):
+    """An alarm soon after an adoption is diagnosed too: its model took the place in which the former one was kept."""
+    worn = twice('natural_convection')
+    bench = Bench(worn)
+    bench.run(60.0)
+    bench.twin.propose(predictor(worn), bench.now)
+    bench.run(400.0, until=lambda twin: twin.predictor.model is worn)
+    bench.twin.propose(predictor(worn.replace({'hA': 1.2 * MODEL['hA']})), bench.now)
+    if not still:
+        bench.run(300.0, until=lambda twin: not twin.on_trial)
+        assert 'not adopted' in bench.twin.events[-1]
+    bench.replace(MODEL)
+    bench.run(300.0, until=lambda twin: twin.predictor.model is MODEL)
+    assert bench.twin.predictor.model is MODEL
+    assert 'taken back' in bench.twin.events[-1]
+
+
 def test_a_model_that_is_no_better_is_not_adopted():
     bench = Bench(MODEL)
     bench.twin.propose(predictor(MODEL.replace({'hA': 1.2 * MODEL['hA']})), bench.now)
