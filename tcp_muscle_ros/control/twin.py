@@ -107,6 +107,11 @@ class Twin:
         return [self.predictor, *(trial.predictor for trial in self._trials)]
 
     @property
+    def sources(self) -> list[str]:
+        """The files of the models in use and on trial."""
+        return [one.source for one in self._predictors()]
+
+    @property
     def hottest(self) -> float:
         """The fibre's temperature by the hotter of the models, K."""
         return max(one.fibre_temperature for one in self._predictors())

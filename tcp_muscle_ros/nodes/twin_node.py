@@ -74,6 +74,7 @@ class TwinNode(Node):  # type: ignore[misc]
             1.0 / self._rate,
             trial=float(self._settings['trial_s']),
         )
+        self._found: dict[str, ParameterFile] = {}  # by its path, what a diagnosis found and the twin may have in use
         self._controller = Believing(self, self._settings['adopting_controller'], self._tell)
         self._estimate = Estimate(model, 1.0 / self._rate, self._load)
         self._memory = Memory(HEARD, round(self._settings['keep_s'] * self._rate))
@@ -236,14 +237,17 @@ class TwinNode(Node):  # type: ignore[misc]
         if state is State.DIFFERS and self._alarm is None:
             self._alarms += 1
             assert twin.difference is not None
-            self._alarm = Alarm(
-                Path(self._settings['report_folder']), self._file.parameters, self._file.operating, self._tell
-            )
+            self._alarm = self._new_alarm()
             self._alarm.write('last_minutes', self._memory.columns(), 0.0, self._file.number('load_n'))
             self._collected_since = twin.difference.since
             self._diagnose_at = self._then + self._settings['collect_s'] if self._settings['auto_diagnose'] else None
         elif state is not State.DIFFERS and self._alarm is not None and not self._alarm.busy and not twin.on_trial:
             self._alarm = self._diagnose_at = None
+
+    def _new_alarm(self) -> Alarm:
+        """To be diagnosed against the model in use: what an adopted one has already is not found again."""
+        used = self._found.get(self._twin.predictor.source, self._file)
+        return Alarm(Path(self._settings['report_folder']), used.parameters, used.operating, self._tell)
 
     # Once a second
 
@@ -301,6 +305,8 @@ class TwinNode(Node):  # type: ignore[misc]
             predictor = self._predictor(found, model, source=str(alarm.model.resolve()))
             with self._lock:
                 self._twin.propose(predictor, self._then)
+                self._found[predictor.source] = found
+                self._found = {source: file for source, file in self._found.items() if source in self._twin.sources}
 
     def _tell(self, sentence: str) -> None:
         self.get_logger().info(sentence)

@@ -2,6 +2,7 @@
 
 import os
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -12,11 +13,14 @@ import rclpy
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
-from tcp_muscle_ros.control.twin import State
+from tcp_muscle_ros.control.twin import Difference, State
+from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.nodes import twin_alarm
 from tcp_muscle_ros.nodes.twin_alarm import save
 from tcp_muscle_ros.nodes.twin_hearing import Heard
 from tcp_muscle_ros.nodes.twin_node import TwinNode
 from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.settings.parameter_file import read, write
 
 RUN = [1000.0 + 0.01 * k for k in range(200)]  # s, two of them
 _LEFT = []  # nodes: kept, so that nothing destroys them (see conftest.py)
@@ -95,6 +99,72 @@ def test_an_alarm_of_before_the_clock_was_set_back_is_raised_anew(twin):
     twin._twin.state = State.DIFFERS
     twin._take(heard(RUN[0] - 3600.0))
     assert twin._twin.state is State.FOLLOWS and twin._twin.difference is None
+
+
+class Diagnosed:
+    """In place of a diagnosis: it ends at once, with this model (None: without a report)."""
+
+    def __init__(self, monkeypatch, model, **operating):
+        self.params, self.bags = [], []  # what it was given, one entry a diagnosis
+
+        def begun(command, **_):
+            words = dict(zip(command[:-1], command[1:], strict=True))
+            self.params.append(read(words['--params']))
+            self.bags.append(read_bag(words['diagnose']))
+            report = Path(words['--output'])
+            if model is not None:
+                report.mkdir()
+                (report / 'report.json').write_text('{"headline": "found"}')
+                write(report / 'improved.yaml', model, operating=operating)
+            return SimpleNamespace(pid=os.getpid(), poll=lambda: 0, returncode=0 if model is not None else 1)
+
+        monkeypatch.setattr(twin_alarm, 'subprocess', SimpleNamespace(Popen=begun))
+        monkeypatch.setattr(twin_alarm.os, 'setpriority', lambda *_: None)
+
+
+def differs(twin, since):
+    """What the twin's test may say at any time."""
+    twin._twin.state = State.DIFFERS
+    twin._twin.difference = Difference('electrical', 'resistance', since, 1.0)
+    twin._notice()
+
+
+def goes_on(twin, seconds):
+    """So much later, with what a cold muscle shows meanwhile and one look a second."""
+    for _ in range(round(seconds)):
+        for k in range(1, 11):
+            twin._take(heard(twin._then + 0.1))
+        twin._notice()
+        twin._look_after()
+
+
+WORN = Parameters.named('karami_tadesse_2017').replace({'R0': 15.0})
+ADOPTING = {'auto_diagnose': True, 'auto_adopt': True, 'collect_s': 3.0}
+
+
+def adopts(twin):
+    """The model on trial takes the other's place."""
+    (trial,) = (one for one in twin._twin._trials if not one.former)
+    trial.other = 1.0
+    with twin._lock:
+        twin._twin._decide(trial, twin._then)
+        twin._notice()
+
+
+@pytest.mark.parametrize('twin', [ADOPTING], indirect=True)
+def test_an_alarm_after_an_adoption_is_diagnosed_against_the_model_that_was_adopted(twin, monkeypatch):
+    done = Diagnosed(monkeypatch, WORN, ambient_temperature_c=21.0)
+    for when in RUN:
+        twin._take(heard(when))
+    for _ in range(2):
+        differs(twin, twin._then)
+        goes_on(twin, 4)
+        adopts(twin)
+        goes_on(twin, 1)
+    first, second = done.params
+    assert first.parameters['R0'] != WORN['R0']
+    assert second.parameters['R0'] == WORN['R0'] and second.number('ambient_temperature_c') == 21.0
+    assert len(twin._found) == 2  # those of the two models of which one is in use
 
 
 def test_a_muscle_that_publishes_and_is_not_heard_is_named_and_subscribed_to_anew(twin):
