@@ -27,6 +27,7 @@ from tcp_muscle_ros.control.estimate import Estimate
 from tcp_muscle_ros.control.memory import Memory
 from tcp_muscle_ros.control.predictor import CHANNELS, Predictor
 from tcp_muscle_ros.control.twin import LONGEST_STEP, State, Tick, Twin
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import TABLE, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.lockstep import FollowingTime, out_of_step
@@ -70,7 +71,7 @@ class TwinNode(Node):  # type: ignore[misc]
         self._ambient: float | None = None  # K, measured; none: each model has that in which it was found
         model = on_rig(self._file.parameters, self._rig)
         self._twin = Twin(
-            self._predictor(self._file, model, self._variants()),
+            self._predictor(self._file, model, self._variants(self._settings['params_file'], self._file)),
             1.0 / self._rate,
             trial=float(self._settings['trial_s']),
         )
@@ -113,9 +114,9 @@ class TwinNode(Node):  # type: ignore[misc]
 
     # Models
 
-    def _variants(self) -> list[Parameters]:
-        path = self._settings['params_file']
-        drawn = intervals.variants(path, self._file.parameters) if path and Path(path).is_file() else None
+    def _variants(self, path: str, found: ParameterFile) -> list[Parameters]:
+        """What the muscle of a file might be as well; none where nothing is beside the file, or it is no file."""
+        drawn = intervals.variants(path, found.parameters) if path and Path(path).is_file() else None
         return [on_rig(one, self._rig) for one in (drawn or {}).values()][:_VARIANTS]
 
     def _predictor(
@@ -299,14 +300,20 @@ class TwinNode(Node):  # type: ignore[misc]
 
     def _propose(self, alarm: Alarm) -> None:
         found = alarm.improved() if self._settings['auto_adopt'] else None
-        if found is not None:
-            self._tell('the diagnosed model runs beside the present one, and replaces it where it predicts better')
-            model = on_rig(found.parameters, self._rig)
-            predictor = self._predictor(found, model, source=str(alarm.model.resolve()))
-            with self._lock:
-                self._twin.propose(predictor, self._then)
-                self._found[predictor.source] = found
-                self._found = {source: file for source, file in self._found.items() if source in self._twin.sources}
+        if found is None:
+            return
+        self._tell('the diagnosed model runs beside the present one, and replaces it where it predicts better')
+        model, source = on_rig(found.parameters, self._rig), str(alarm.model.resolve())
+        try:
+            variants = self._variants(source, found)
+        except BadInput as error:
+            self._tell(f'the diagnosed model is taken to be exact: {error}')
+            variants = []
+        predictor = self._predictor(found, model, variants, source)
+        with self._lock:
+            self._twin.propose(predictor, self._then)
+            self._found[source] = found
+            self._found = {known: file for known, file in self._found.items() if known in self._twin.sources}
 
     def _tell(self, sentence: str) -> None:
         self.get_logger().info(sentence)

@@ -1,10 +1,13 @@
 """The twin's node in this process, without a muscle: what it makes of what it is handed."""
 
+import json
 import os
 import time
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
@@ -20,6 +23,7 @@ from tcp_muscle_ros.nodes.twin_alarm import save
 from tcp_muscle_ros.nodes.twin_hearing import Heard
 from tcp_muscle_ros.nodes.twin_node import TwinNode
 from tcp_muscle_ros.recording.bag import read_bag
+from tcp_muscle_ros.settings.intervals import SCHEMA, path_beside
 from tcp_muscle_ros.settings.parameter_file import read, write
 
 RUN = [1000.0 + 0.01 * k for k in range(200)]  # s, two of them
@@ -104,11 +108,11 @@ def test_an_alarm_of_before_the_clock_was_set_back_is_raised_anew(twin):
 class Diagnosed:
     """In place of a diagnosis: it ends at once, with this model (None: without a report)."""
 
-    def __init__(self, monkeypatch, model, **operating):
+    def __init__(self, monkeypatch, model, beside=None, **operating):
         self.params, self.bags = [], []  # what it was given, one entry a diagnosis
 
         def begun(command, **_):
-            words = dict(zip(command[:-1], command[1:], strict=True))
+            words = dict(pairwise(command))
             self.params.append(read(words['--params']))
             self.bags.append(read_bag(words['diagnose']))
             report = Path(words['--output'])
@@ -116,6 +120,8 @@ class Diagnosed:
                 report.mkdir()
                 (report / 'report.json').write_text('{"headline": "found"}')
                 write(report / 'improved.yaml', model, operating=operating)
+            if beside is not None:
+                path_beside(report / 'improved.yaml').write_text(beside)
             return SimpleNamespace(pid=os.getpid(), poll=lambda: 0, returncode=0 if model is not None else 1)
 
         monkeypatch.setattr(twin_alarm, 'subprocess', SimpleNamespace(Popen=begun))
@@ -132,7 +138,7 @@ def differs(twin, since):
 def goes_on(twin, seconds):
     """So much later, with what a cold muscle shows meanwhile and one look a second."""
     for _ in range(round(seconds)):
-        for k in range(1, 11):
+        for _ in range(10):
             twin._take(heard(twin._then + 0.1))
         twin._notice()
         twin._look_after()
@@ -165,6 +171,28 @@ def test_an_alarm_after_an_adoption_is_diagnosed_against_the_model_that_was_adop
     assert first.parameters['R0'] != WORN['R0']
     assert second.parameters['R0'] == WORN['R0'] and second.number('ambient_temperature_c') == 21.0
     assert len(twin._found) == 2  # those of the two models of which one is in use
+
+
+KNOWN = {'schema': SCHEMA, 'coordinates': [{'name': 'R0', 'log': True, 'spread': 1.0}], 'covariance': [[1e-4]]}
+
+
+@pytest.mark.parametrize('twin', [ADOPTING], indirect=True)
+@pytest.mark.parametrize(('beside', 'exact'), [(json.dumps(KNOWN), False), (None, True), ('damaged', True)])
+def test_an_adopted_model_is_as_uncertain_as_the_diagnosis_says(twin, monkeypatch, beside, exact):
+    """One that is taken to be exact has too narrow a band, and differs soon."""
+    said = []
+    monkeypatch.setattr(twin, '_tell', said.append)
+    Diagnosed(monkeypatch, WORN, beside)
+    for when in RUN:
+        twin._take(heard(when))
+    differs(twin, twin._then)
+    goes_on(twin, 4)
+    adopts(twin)
+    drawn = [one['R0'] for one in twin._twin.predictor.variants]
+    assert twin._twin.predictor.model['R0'] == WORN['R0']
+    assert len(drawn) == (0 if exact else 8)
+    assert exact or 0.003 < np.std(drawn) / WORN['R0'] < 0.03
+    assert any('taken to be exact' in sentence for sentence in said) == (beside == 'damaged')
 
 
 def test_a_muscle_that_publishes_and_is_not_heard_is_named_and_subscribed_to_anew(twin):
