@@ -42,6 +42,7 @@ class Alarm:
         self.folder = folder / datetime.now().strftime('alarm_%Y%m%d_%H%M%S_%f')
         self._model, self._operating, self._say = model, operating, say
         self._process: subprocess.Popen[bytes] | None = None
+        self.busy = False  # whether a diagnosis runs
 
     def write(self, name: str, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
         """Write a bag of this name, beside the ticks."""
@@ -57,6 +58,7 @@ class Alarm:
 
     def diagnose(self, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
         """Start to diagnose what came after ``since``, in a process of the lowest priority."""
+        self.busy = True  # from here on: a bag of many minutes takes a while
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             bag, params = self.folder / 'differs', self.folder / 'model.yaml'
@@ -64,6 +66,7 @@ class Alarm:
             write(params, self._model, operating=self._operating)  # type: ignore[arg-type]
         except (BadInput, OSError) as error:
             self._say(f'no diagnosis: {error}')
+            self.busy = False
             return
         command = [sys.executable, '-m', 'tcp_muscle_ros.tool', 'diagnose', str(bag), '--params', str(params)]
         with (self.folder / 'diagnosis.txt').open('wb') as said:
@@ -79,15 +82,15 @@ class Alarm:
         return self.folder / 'report'
 
     @property
-    def busy(self) -> bool:
-        """Whether a diagnosis runs."""
-        return self._process is not None
+    def answered(self) -> bool:
+        """Whether a diagnosis has left a report."""
+        return (self.report / 'report.json').is_file()
 
     def poll(self) -> str | None:
         """The headline of a diagnosis that has ended since last asked; None where none has."""
         if self._process is None or self._process.poll() is None:
             return None
-        code, self._process = self._process.returncode, None
+        code, self._process, self.busy = self._process.returncode, None, False
         if code:
             said = (self.folder / 'diagnosis.txt').read_text(errors='replace').strip().splitlines()
             return f'the diagnosis failed: {said[-1] if said else f"exit code {code}"}'

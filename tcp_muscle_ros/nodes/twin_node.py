@@ -12,7 +12,7 @@ if __name__ == '__main__':  # python -m: before the rest is loaded, see process/
 
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,9 +26,10 @@ from std_srvs.srv import Trigger
 from tcp_muscle_ros.control.estimate import Estimate
 from tcp_muscle_ros.control.memory import Memory
 from tcp_muscle_ros.control.predictor import CHANNELS, Predictor
-from tcp_muscle_ros.control.twin import LONGEST_STEP, State, Tick, Twin
+from tcp_muscle_ros.control.twin import LONGEST_STEP, Difference, State, Tick, Twin
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import TABLE, ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.lockstep import FollowingTime, out_of_step
 from tcp_muscle_ros.nodes.parameters import Settings, descriptor, of_rclpy, read_rows
@@ -49,6 +50,7 @@ _SETTLES = 1.0  # s, in which the state is estimated before the model starts fro
 _VARIANTS = 8  # muscles drawn from the intervals: as many as a band needs, few enough for every tick
 _USUAL = 'karami_tadesse_2017'
 _HEARS_WITHIN = 10.0  # s, in which a topic that is published is heard; one that is not is subscribed to anew
+_DIAGNOSES = 4  # of one alarm: what differs and cannot be told by then needs another experiment, not more of the same
 _MOST_AT_ONCE = 50  # ticks that are made up for: more means that the machine stood still
 
 
@@ -84,8 +86,9 @@ class TwinNode(Node):  # type: ignore[misc]
         self._follows_since: float | None = None  # none: the state is still being estimated
         self._alarms = 0
         self._alarm: Alarm | None = None
+        self._difference: Difference | None = None  # that the alarm is about
         self._diagnose_at: float | None = None
-        self._collected_since = 0.0
+        self._diagnoses = 0  # that were begun or are to begin, of this difference
         self.loop: TickLoop | None = None
         simulated = self.get_parameter('use_sim_time').value
         self._base = FollowingTime(self, self._collect) if simulated else SteadyTime(self.get_clock())
@@ -234,42 +237,64 @@ class TwinNode(Node):  # type: ignore[misc]
         twin = self._twin
         while twin.events:
             self._tell(twin.events.pop(0))
-        state = twin.state
-        if state is State.DIFFERS and self._alarm is None:
+        idle = self._alarm is None or not (self._alarm.busy or twin.on_trial)
+        if idle and twin.difference is not self._difference:
+            self._difference, self._alarm, self._diagnose_at, self._diagnoses = twin.difference, None, None, 0
+        if twin.difference is not None and self._alarm is None:
             self._alarms += 1
-            assert twin.difference is not None
             self._alarm = self._new_alarm()
             self._alarm.write('last_minutes', self._memory.columns(), 0.0, self._file.number('load_n'))
-            self._collected_since = twin.difference.since
-            self._diagnose_at = self._then + self._settings['collect_s'] if self._settings['auto_diagnose'] else None
-        elif state is not State.DIFFERS and self._alarm is not None and not self._alarm.busy and not twin.on_trial:
-            self._alarm = self._diagnose_at = None
 
     def _new_alarm(self) -> Alarm:
         """To be diagnosed against the model in use: what an adopted one has already is not found again."""
+        if self._settings['auto_diagnose']:
+            self._diagnose_at = self._then + self._settings['collect_s']
+            self._diagnoses += 1
         used = self._found.get(self._twin.predictor.source, self._file)
         return Alarm(Path(self._settings['report_folder']), used.parameters, used.operating, self._tell)
+
+    def _diagnose_anew(self) -> None:
+        """Where the difference stays though it was diagnosed: more of it may tell more."""
+        alarm, settings = self._alarm, self._settings
+        if alarm is None or alarm.busy or self._twin.on_trial or self._diagnose_at is not None:
+            return
+        answered = alarm.answered and not settings['auto_adopt']  # a person has the report
+        if answered or not settings['auto_diagnose'] or not 0 < self._diagnoses < _DIAGNOSES:
+            return
+        if self._twin.difference is not self._difference:  # the next tick sees to it
+            return
+        self._alarm = self._new_alarm()
+        self._tell(
+            f'the muscle still differs: diagnosis {self._diagnoses} of at most {_DIAGNOSES} follows after a further '
+            f'{settings["collect_s"]:g} s'
+        )
 
     # Once a second
 
     def _look_after(self) -> None:
-        alarm = self._alarm
-        if alarm is not None:
+        with self._lock:
+            alarm, difference, columns = self._alarm, self._difference, None
             if self._diagnose_at is not None and self._then >= self._diagnose_at:
-                self._diagnose_at = None
-                with self._lock:
-                    columns = self._memory.columns()
-                alarm.diagnose(columns, self._collected_since, self._file.number('load_n'))
-            headline = alarm.poll()
-            if headline is not None:
-                self._tell(headline)
-                self._finding.publish(String(data=headline))
-                self._propose(alarm)
+                self._diagnose_at, columns = None, self._memory.columns()
+        if alarm is not None and difference is not None:
+            self._attend(alarm, difference, columns)
         self._controller.believe(self._twin.predictor.source)
         self._out_of_step = out_of_step(self, self._base, self._hearing.topics)
         self._unmatched = self._topics.mismatches_since(self._unmatched, self.get_logger().warning)
         self._hear_anew()
         self._publish_diagnostics()
+
+    def _attend(self, alarm: Alarm, difference: Difference, columns: Mapping[str, tuple[Array, Array]] | None) -> None:
+        """Diagnose what is in ``columns`` (none: it is not time), and see to what came of a diagnosis."""
+        if columns is not None:
+            alarm.diagnose(columns, difference.since, self._file.number('load_n'))
+        headline = alarm.poll()
+        if headline is not None:
+            self._tell(headline)
+            self._finding.publish(String(data=headline))
+            self._propose(alarm)
+        with self._lock:
+            self._diagnose_anew()
 
     def _hear_anew(self) -> None:
         """Subscribe once more where a muscle publishes and is not heard: rarely, after a kill, that was so for minutes.

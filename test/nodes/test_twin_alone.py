@@ -195,6 +195,52 @@ def test_an_adopted_model_is_as_uncertain_as_the_diagnosis_says(twin, monkeypatc
     assert any('taken to be exact' in sentence for sentence in said) == (beside == 'damaged')
 
 
+def not_adopted(twin):
+    """The model on trial, if one is, is found to be no better."""
+    for trial in list(twin._twin._trials):
+        trial.own = 1.0
+        with twin._lock:
+            twin._twin._decide(trial, twin._then)
+
+
+@pytest.mark.parametrize('twin', [{**ADOPTING, 'keep_s': 100.0}], indirect=True)
+@pytest.mark.parametrize('model', [WORN, None])
+def test_where_no_better_model_is_found_more_is_collected_and_diagnosed_a_few_times(twin, monkeypatch, model):
+    said = []
+    monkeypatch.setattr(twin, '_tell', said.append)
+    done = Diagnosed(monkeypatch, model)
+    for when in RUN:
+        twin._take(heard(when))
+    begun = RUN[0] + 1.0  # what came before is another muscle's
+    differs(twin, begun)
+    for _ in range(8):
+        goes_on(twin, 5)
+        not_adopted(twin)
+    durations = [bag.duration for bag in done.bags]
+    assert len(done.bags) == 4 and all(bag.start_ns == pytest.approx(begun * 1e9) for bag in done.bags)
+    assert all(later > before + 2.5 for before, later in pairwise(durations))
+    assert len({bag.path for bag in done.bags}) == 4
+    assert twin._alarms == 1
+    assert [sentence for sentence in said if 'still differs' in sentence] == [
+        f'the muscle still differs: diagnosis {k} of at most 4 follows after a further 3 s' for k in (2, 3, 4)
+    ]
+    twin._reset(None, SimpleNamespace())
+    goes_on(twin, 1)
+    differs(twin, twin._then)
+    goes_on(twin, 4)
+    assert len(done.bags) == 5
+
+
+@pytest.mark.parametrize('twin', [{**ADOPTING, 'auto_adopt': False}], indirect=True)
+def test_what_a_person_has_the_report_of_is_not_diagnosed_again(twin, monkeypatch):
+    done = Diagnosed(monkeypatch, WORN)
+    for when in RUN:
+        twin._take(heard(when))
+    differs(twin, twin._then)
+    goes_on(twin, 12)
+    assert len(done.bags) == 1
+
+
 def test_a_muscle_that_publishes_and_is_not_heard_is_named_and_subscribed_to_anew(twin):
     _LEFT.append(muscle := rclpy.create_node('muscle'))
     current = muscle.create_publisher(Float64, 'current', 1)
