@@ -6,7 +6,7 @@ if __name__ == '__main__':  # python -m: before the rest is loaded, see entry.py
     end_quietly_when_asked()
 
 import importlib.util
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rclpy.publisher import Publisher
 
@@ -28,6 +28,17 @@ class SerialDriverNode(SafeNode[DrivenMuscle]):
         super().__init__(DRIVER)
         for muscle in self.muscles:
             muscle.begin()
+
+    def start(self, on_failure: Callable[[], None]) -> None:
+        """Begin to tick. That a current can flow at once nobody should learn from a hot muscle."""
+        enabled = [muscle for muscle in self.muscles if muscle.settings['start_enabled']]
+        if enabled:
+            limits = ', '.join(f'{muscle.said}{muscle.settings["current_limit_a"]:g} A' for muscle in enabled)
+            self.get_logger().warning(
+                f'starts enabled: what is commanded flows at once, up to {limits} (current_limit_a); '
+                'with start_enabled:=false it waits for ~/enable'
+            )
+        super().start(on_failure)
 
     def check(self, settings: Settings) -> None:
         """Raise BadInput against values that make no limits, or no board to drive."""

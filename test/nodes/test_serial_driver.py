@@ -32,6 +32,23 @@ def test_it_needs_no_model_and_compiles_none(bench, tmp_path):
     assert program.end(signal.SIGINT) == 0
 
 
+@pytest.mark.parametrize('enabled', [True, False])
+def test_one_that_starts_enabled_says_so_once_with_its_limit(bench, enabled):
+    asked = {} if enabled else {'start_enabled': False}
+    program = bench.start('serial_driver_node', 'careful', port=NO_BOARD, current_limit_a=0.1, **asked)
+    statuses = bench.listen('/diagnostics', DiagnosticArray)
+    bench.until(
+        lambda: any(status.name == '/careful/serial_driver_node' for _, array in statuses for status in array.status),
+        'it does not start',
+        120.0,
+    )
+    bench.forget(statuses)
+    assert program.end(signal.SIGINT) == 0
+    told = [line for line in program.said().splitlines() if 'starts enabled' in line]
+    assert len(told) == enabled
+    assert all('WARN' in line and 'up to 0.1 A' in line for line in told)
+
+
 class SimulatedBoard:
     """The firmware of docs/hardware.md on the far end of a pseudo-terminal, and the ways in which it can go wrong."""
 
