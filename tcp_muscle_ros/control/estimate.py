@@ -17,7 +17,7 @@ class Estimate:
     """``update`` once a period (s) with what was measured; ``temperature`` is K, None before the first measurement."""
 
     def __init__(self, model: Parameters, period: float, load: float) -> None:
-        self._model = model
+        self.model = model
         self._inverse = Inverse(model, load)
         self._observer = Observer(model, period)
         self._noise = {name: Noise() for name in ('temperature', 'resistance', 'displacement')}
@@ -59,8 +59,8 @@ class Estimate:
         return self.temperature
 
     def _of_resistance(self, resistance: float) -> float | None:
-        slope = self._model['R0'] * self._model['a_R']
-        return self._model['T0'] + (resistance - self._model['R0']) / slope if slope else None
+        slope = self.model['R0'] * self.model['a_R']
+        return self.model['T0'] + (resistance - self.model['R0']) / slope if slope else None
 
     def begin_anew(self) -> None:
         """Nothing is known of the state; what is known of the noise stays."""

@@ -237,6 +237,8 @@ class TwinNode(Node):  # type: ignore[misc]
         twin = self._twin
         while twin.events:
             self._tell(twin.events.pop(0))
+        if twin.predictor.model is not self._estimate.model:  # a worn wire's resistance is another temperature's
+            self._estimate = Estimate(twin.predictor.model, 1.0 / self._rate, self._load)
         idle = self._alarm is None or not (self._alarm.busy or twin.on_trial)
         if idle and twin.difference is not self._difference:
             self._difference, self._alarm, self._diagnose_at, self._diagnoses = twin.difference, None, None, 0

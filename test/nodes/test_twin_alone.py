@@ -173,6 +173,21 @@ def test_an_alarm_after_an_adoption_is_diagnosed_against_the_model_that_was_adop
     assert len(twin._found) == 2  # those of the two models of which one is in use
 
 
+@pytest.mark.parametrize('twin', [ADOPTING], indirect=True)
+def test_after_an_adoption_the_state_is_estimated_with_the_adopted_model(twin, monkeypatch):
+    """Where nothing came for a while, the model starts from what is measured: here the resistance of a worn wire."""
+    Diagnosed(monkeypatch, WORN)
+    for when in RUN:
+        twin._take(heard(when))
+    differs(twin, twin._then)
+    goes_on(twin, 4)
+    adopts(twin)
+    for k in range(200):
+        twin._take(Heard(RUN[-1] + 100.0 + 0.01 * k, {'resistance': WORN['R0'], 'current': 0.0}))
+    assert twin._follows_since is not None
+    assert twin._twin.predictor.fibre_temperature == pytest.approx(WORN['T0'], abs=0.5)
+
+
 KNOWN = {'schema': SCHEMA, 'coordinates': [{'name': 'R0', 'log': True, 'spread': 1.0}], 'covariance': [[1e-4]]}
 
 
