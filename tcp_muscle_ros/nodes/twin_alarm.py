@@ -35,12 +35,19 @@ def save(path: Path, columns: Mapping[str, tuple[Array, Array]], since: float, l
 class Alarm:
     """One alarm. The bag is written at once; ``diagnose`` starts the diagnosis, ``poll`` says what became of it.
 
-    ``say`` is told in words; it may be called from another thread.
+    ``say`` is told in words; it may be called from another thread. ``rig``: file of what instruments do, '' none.
     """
 
-    def __init__(self, folder: Path, model: Parameters, operating: Mapping[str, object], say: Callable[[str], None]):
+    def __init__(
+        self,
+        folder: Path,
+        model: Parameters,
+        operating: Mapping[str, object],
+        say: Callable[[str], None],
+        rig: str = '',
+    ) -> None:
         self.folder = folder / datetime.now().strftime('alarm_%Y%m%d_%H%M%S_%f')
-        self._model, self._operating, self._say = model, operating, say
+        self._model, self._operating, self._say, self._rig = model, operating, say, rig
         self._process: subprocess.Popen[bytes] | None = None
         self.busy = False  # whether a diagnosis runs
 
@@ -69,6 +76,8 @@ class Alarm:
             self.busy = False
             return
         command = [sys.executable, '-m', 'tcp_muscle_ros.tool', 'diagnose', str(bag), '--params', str(params)]
+        if self._rig:  # what is known of the instruments is not to be found, nor adopted
+            command += ['--rig', self._rig]
         with (self.folder / 'diagnosis.txt').open('wb') as said:
             self._process = subprocess.Popen(
                 [*command, '--output', str(self.report)], stdout=said, stderr=said, start_new_session=True

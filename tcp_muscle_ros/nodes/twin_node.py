@@ -253,7 +253,8 @@ class TwinNode(Node):  # type: ignore[misc]
             self._diagnose_at = self._then + self._settings['collect_s']
             self._diagnoses += 1
         used = self._found.get(self._twin.predictor.source, self._file)
-        return Alarm(Path(self._settings['report_folder']), used.parameters, used.operating, self._tell)
+        folder, rig = Path(self._settings['report_folder']), self._settings['rig_file']
+        return Alarm(folder, used.parameters, used.operating, self._tell, rig)
 
     def _diagnose_anew(self) -> None:
         """Where the difference stays though it was diagnosed: more of it may tell more."""

@@ -115,6 +115,7 @@ class Diagnosed:
             words = dict(pairwise(command))
             self.params.append(read(words['--params']))
             self.bags.append(read_bag(words['diagnose']))
+            self.rig = words.get('--rig')
             report = Path(words['--output'])
             if model is not None:
                 report.mkdir()
@@ -253,7 +254,14 @@ def test_what_a_person_has_the_report_of_is_not_diagnosed_again(twin, monkeypatc
         twin._take(heard(when))
     differs(twin, twin._then)
     goes_on(twin, 12)
-    assert len(done.bags) == 1
+    assert len(done.bags) == 1 and done.rig is None
+
+
+def test_a_diagnosis_is_told_what_the_instruments_do(tmp_path, monkeypatch):
+    done = Diagnosed(monkeypatch, WORN)
+    alarm = twin_alarm.Alarm(tmp_path, WORN, {}, print, 'rig.yaml')
+    alarm.diagnose({'current': (np.arange(9.0), np.zeros(9))}, 0.0, 0.5)
+    assert alarm.poll() == 'found' and done.rig == 'rig.yaml'
 
 
 def test_a_muscle_that_publishes_and_is_not_heard_is_named_and_subscribed_to_anew(twin):
