@@ -36,7 +36,7 @@ WATCHED = 1200.0  # s, of one with
 CALIBRATED_ON = 600.0  # s
 MOST_OBSERVATIONS = 1000
 LOADS = (0.2942, 0.5884, 0.9807)  # N
-LATE = 0.5 / RATE  # s, by which the times of measurements are taken to be unsure
+LATE = 1.0 / RATE  # s, by which the times of measurements are taken to be unsure: a period, as by twin_node
 _SPREAD = {'hA': 0.1, 'R0': 0.05, 'a_R': 0.1, 'k0': 0.1, 'C': 0.1, 'B': 0.1}  # relative, of the muscles that are drawn
 
 
@@ -185,8 +185,8 @@ def document(rule: Rule, counted: tuple[int, float], found: dict[str, tuple[floa
             + ', '.join(f'{bias:g}: one in {value:.1g} h' for bias, value in stated.items())
             + '.',
             '',
-            f'Each effect at twice its usual strength (within its bounds) from the start of {WATCHED / 60:.0f} min, '
-            f'in {MUSCLES} muscles. "Not within the run": noticed in less than half of them.',
+            f'Each effect at twice its usual strength (within its bounds) from the start of a run of '
+            f'{WATCHED / 60:.0f} min, in {MUSCLES} muscles. "Not within the run": noticed in less than half of them.',
             '',
             '| effect | stage | noticed | median delay | channel |',
             '|---|---|---|---|---|',
