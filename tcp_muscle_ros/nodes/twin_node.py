@@ -290,7 +290,8 @@ class TwinNode(Node):  # type: ignore[misc]
     def _attend(self, alarm: Alarm, difference: Difference, columns: Mapping[str, tuple[Array, Array]] | None) -> None:
         """Diagnose what is in ``columns`` (none: it is not time), and see to what came of a diagnosis."""
         if columns is not None:
-            alarm.diagnose(columns, difference.since, self._file.number('load_n'))
+            # In the block in which it began the muscle was still the one before for a part.
+            alarm.diagnose(columns, difference.since + self._twin.rule.block, self._file.number('load_n'))
         headline = alarm.poll()
         if headline is not None:
             self._tell(headline)
