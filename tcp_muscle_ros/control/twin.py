@@ -92,6 +92,7 @@ class Twin:
         self._trials: list[_Trial] = []  # at most one that is new, and the one that was in use before
         self._scores = np.zeros(4)  # thermal, electrical, mechanical, sensor
         self._sum, self._count = np.zeros(len(CHANNELS)), np.zeros(len(CHANNELS))
+        self._warmer = 0.0  # K, than predicted, by the thermometer, in the last block
         self._use(self.predictor)
 
     def _use(self, predictor: Predictor) -> None:
@@ -167,6 +168,7 @@ class Twin:
         count = np.maximum(self._count, 1.0)
         known, mean = self._count > 0, self._sum / np.maximum(self._count, 1.0)
         self._sum, self._count = np.zeros(len(CHANNELS)), np.zeros(len(CHANNELS))
+        self._warmer = float(mean[_T]) if known[_T] else 0.0
         scale = np.hypot(self.test.noise / np.sqrt(count), self.predictor.spread)
         model = self.predictor.model
         slopes = np.zeros(len(CHANNELS))
@@ -210,7 +212,8 @@ class Twin:
 
     def propose(self, predictor: Predictor, now: float) -> None:
         """Try another model beside the one in use; the former one stays, for it may still be the better of all."""
-        predictor.start(self.predictor.fibre_temperature)
+        # The one in use may be wrong about the heat: then the thermometer's word counts, where there is one.
+        predictor.start(self.predictor.fibre_temperature + self._warmer)
         self._trials = [*(trial for trial in self._trials if trial.former), _Trial(predictor, False, now)]
 
     def _compare(self, now: float, dt: float, shown: Array, above: float) -> None:

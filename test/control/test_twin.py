@@ -156,6 +156,17 @@ def test_the_former_model_is_taken_back_though_another_was_proposed_meanwhile(st
     assert 'taken back' in bench.twin.events[-1]
 
 
+def test_a_model_on_trial_starts_from_the_heat_that_is_measured():
+    """A worn wire heats less than the model in use has it: from there the new one was off for half a minute."""
+    worn = MODEL.replace({'R0': 0.75 * MODEL['R0']})
+    bench = Bench(worn)
+    bench.run(36.0)
+    new, is_at = predictor(worn), bench.muscle.step(1e-6, 0.0).fibre_temperature
+    assert bench.twin.predictor.fibre_temperature > is_at + 5.0
+    bench.twin.propose(new, bench.now)
+    assert new.fibre_temperature == pytest.approx(is_at, abs=1.5)
+
+
 def test_a_model_that_is_no_better_is_not_adopted():
     bench = Bench(MODEL)
     bench.twin.propose(predictor(MODEL.replace({'hA': 1.2 * MODEL['hA']})), bench.now)
