@@ -316,6 +316,16 @@ def bench(tmp_path_factory):
         made.close()
 
 
+@pytest.fixture(scope='module')
+def no_board():
+    """A serial port that opens, with nothing at its far end. Not /dev/ptmx itself: a driver locks what it opens, and
+    two tests at once would have one."""
+    far, near = os.openpty()
+    yield os.ttyname(near)
+    os.close(near)
+    os.close(far)
+
+
 @pytest.fixture(autouse=True)
 def nothing_left_running(request):
     """What a test starts ends with it, and what its module's fixtures start with the module: each takes its share of

@@ -57,8 +57,8 @@ def holds(bench, policy, process, namespace, node=''):
 
 
 @pytest.mark.parametrize('node', ['sim_node', 'controller_node', 'serial_driver_node', 'twin_node'])
-def test_a_node_has_exactly_the_topics_and_services_of_the_policy(bench, node):
-    port = {'port': '/dev/ptmx'} if node == 'serial_driver_node' else {}  # opens, and no board answers
+def test_a_node_has_exactly_the_topics_and_services_of_the_policy(bench, no_board, node):
+    port = {'port': no_board} if node == 'serial_driver_node' else {}
     program = bench.start(node, f'secure_{node}', **port)
     holds(bench, allowed('sros2_policy.xml'), node, f'/secure_{node}')
     program.kill()

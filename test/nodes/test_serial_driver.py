@@ -22,20 +22,19 @@ from tcp_muscle_ros.nodes.serial_line import Lines, checksum, command, framed, s
 
 WATCHDOG = 0.25  # s, the board's own
 NO_ANSWER = 'no answer from the board to what was asked in the last 0.2 s'
-NO_BOARD = '/dev/ptmx'  # a port that opens, with nothing at its far end
 
 
-def test_it_needs_no_model_and_compiles_none(bench, tmp_path):
-    program = bench.start_uncompiled('serial_driver_node', 'uncompiled', tmp_path, '-p', f'port:={NO_BOARD}')
+def test_it_needs_no_model_and_compiles_none(bench, no_board, tmp_path):
+    program = bench.start_uncompiled('serial_driver_node', 'uncompiled', tmp_path, '-p', f'port:={no_board}')
     bench.until(lambda: 'no answer from the board' in program.said(), 'it does not start', 120.0)
     assert 'compiling' not in program.said()
     assert program.end(signal.SIGINT) == 0
 
 
 @pytest.mark.parametrize('enabled', [True, False])
-def test_one_that_starts_enabled_says_so_once_with_its_limit(bench, enabled):
+def test_one_that_starts_enabled_says_so_once_with_its_limit(bench, no_board, enabled):
     asked = {} if enabled else {'start_enabled': False}
-    program = bench.start('serial_driver_node', 'careful', port=NO_BOARD, current_limit_a=0.1, **asked)
+    program = bench.start('serial_driver_node', 'careful', port=no_board, current_limit_a=0.1, **asked)
     statuses = bench.listen('/diagnostics', DiagnosticArray)
     bench.until(
         lambda: any(status.name == '/careful/serial_driver_node' for _, array in statuses for status in array.status),
