@@ -24,6 +24,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.nodes.polled import Polled
+from tcp_muscle_ros.nodes.topics import LEASE
 
 STARTING = 120.0  # s; a first start compiles the model, and the machine may be busy
 PATIENCE = 90.0  # s, for what a running node does: half a minute where nobody else computes, three times that else
@@ -67,6 +68,7 @@ class Program:
 
 
 _FAREWELL = 0.5  # s
+_FAILED = pytest.StashKey()  # whether a test has failed
 _LEFT = []  # contexts and nodes whose module is over: kept, so that nothing destroys them
 
 
@@ -334,7 +336,17 @@ def nothing_left_running(request):
     before = list(bench.programs) if bench else []
     yield
     if bench:
-        bench.kill([program for program in bench.programs if program not in before])
+        started = [program for program in bench.programs if program not in before]
+        bench.kill(started)
+        if started and request.node.stash.get(_FAILED, False):
+            time.sleep(LEASE)  # in which they are still believed to be there, and the next attempt waits for them
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    item.stash[_FAILED] = item.stash.get(_FAILED, False) or report.failed
+    return report
 
 
 def pytest_collection_modifyitems(config, items):
