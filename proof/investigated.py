@@ -273,7 +273,7 @@ def investigate_by_command(case: Case, seed: int, number: int, folder: Path, *mo
     )
     limits = f'largest_current_a: {case.lab.top}, highest_temperature_c: {HOTTEST - 273.15:g}, loads_by: rig'
     rig.write_text(f'limits: {{{limits}}}\n', encoding='utf-8')
-    local = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': str(1 + os.getpid() % 100)}
+    local = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': str(1 + os.getpid() % 50)}
     environment = {**local, **os.environ}
     node = [sys.executable, '-m', 'proof.truth_node', '--seed', str(seed), '--muscle', str(number)]
     command = [sys.executable, '-m', 'tcp_muscle_ros.tool', 'investigate', '--output', str(folder)]

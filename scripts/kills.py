@@ -341,7 +341,7 @@ def main() -> int:
     parser.add_argument('--output', type=Path)
     args = parser.parse_args()
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+    os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 50))
     begun = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         kills = Kills(Path(folder), args.seed)

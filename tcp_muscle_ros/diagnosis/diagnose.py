@@ -212,7 +212,7 @@ def skipped(experiments: Sequence[Experiment]) -> dict[str, str]:
     """The effects that are not tried, and why: these recordings cannot show them."""
     fastest = max(_rate(e) for e in experiments)
     blind = all(e.imposed.kind == 'power' and len(e.observed) == 1 for e in experiments)
-    loaded = [e for e in experiments if e.holding.end == 'load']
+    loaded = [e for e in experiments if e.holding.hangs]
     moves = any(o.swinging is not None for e in loaded for o in e.observed.values())
     steps = moves or any(np.ptp(e.imposed.load) > 0.0 for e in loaded)
     found = {}

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tcp_muscle_ros.diagnosis.answer.notes import imitated, on_rests
-from tcp_muscle_ros.diagnosis.answer.sticking import imitation, said_of
+from tcp_muscle_ros.diagnosis.answer.notes import on_rests
+from tcp_muscle_ros.diagnosis.answer.sticking import imitated, imitation, rests_of, said_of
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, Signature, alike, signature
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
@@ -112,7 +112,7 @@ def test_the_stroke_of_the_bench_rig_sticks_and_slips_and_its_force_does_not():
     up, down = (np.concatenate([found[name].sizes(way) for name in wanted]) for way in (1.0, -1.0))
     assert up.size > 40 and down.size > 25
     assert np.concatenate([found[name].durations() for name in wanted]).max() > 2.0
-    told = on_rests(calibrate(prepared, NOMINAL, separate=('B',)).fit)
+    told = on_rests(rests_of(calibrate(prepared, NOMINAL, separate=('B',)).fit))
     assert len(told) == 1 and 'the stroke sticks and slips in' in told[0] and 'jumps both ways' in told[0]
     one, other = found['stroke_2W_2'].sizes(), found['stroke_2W_5'].sizes()
     assert alike(one, other) > 0.05
@@ -139,13 +139,14 @@ def test_rests_are_seen_beside_a_model_that_rests_itself():
     """Friction that was found rests too, and would explain away that the recording sticks and slips."""
     smooth = calibrate([recorded(stroke(sticking(3)))], NOMINAL).fit
     resting = SimpleNamespace(problem=smooth.problem, left=[{'displacement': np.zeros(TIME.size)}])
-    assert on_rests(resting) == ()
-    (told,) = on_rests(resting, smooth)
+    assert on_rests(rests_of(resting)) == ()
+    rests = rests_of(resting, smooth)
+    (told,) = on_rests(rests)
     assert 'the stroke sticks and slips in 1 of 1 recordings' in told
     assert 'a simulation with stick_slip.Fb ' in told
-    beside = imitated(resting, smooth)
+    beside = imitated(rests)
     assert np.array_equal(beside.recorded, stroke(sticking(3))) and beside.time[0] == 0.0
     jumps = [np.count_nonzero(np.abs(np.diff(run)) > 5e-4) for run in (beside.recorded, beside.simulated)]
     assert 0.4 < jumps[1] / jumps[0] < 2.5
     plain = calibrate([recorded(stroke(NOMINAL))], NOMINAL).fit
-    assert imitated(plain, plain) is None
+    assert imitated(rests_of(plain, plain)) is None

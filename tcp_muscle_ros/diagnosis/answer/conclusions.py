@@ -21,33 +21,16 @@ from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, 
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.known import known_of
 from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
-from tcp_muscle_ros.diagnosis.answer.notes import (
-    imitated,
-    on_age,
-    on_bent_form,
-    on_cut_short,
-    on_doubtful,
-    on_draught,
-    on_leads,
-    on_one_load,
-    on_rests,
-    on_shared,
-    on_slips,
-    on_stops,
-    on_unrepeated,
-    on_unseen,
-    on_untried,
-    on_warm_start,
-)
+from tcp_muscle_ros.diagnosis.answer.notes import every_note, on_age
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
-from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, notes_on_runs, said_of_runs
+from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, said_of_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
+from tcp_muscle_ros.diagnosis.answer.sticking import imitated, rests_of
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
 from tcp_muscle_ros.diagnosis.fitting.generic import drivers
-from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.least_squares import WIDTH, Fit
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
-from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained, locate, worst_channel
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
@@ -95,7 +78,7 @@ def _effect_values(fitted: Fit, effect: str) -> dict[str, Value]:
     roles = fitted.problem.model.roles
     leakage = slips.mean_leakage(fitted) if effect == roles.slips else None
     if leakage is not None:
-        rate, beside = leakage.rate, 1.645 * leakage.unsure
+        rate, beside = leakage.rate, WIDTH * leakage.unsure
         row = SPECIFICATIONS[roles.rate]
         found[row.name] = Value(rate, max(rate - beside, row.low), min(rate + beside, row.high), row.unit)
     for k, u in enumerate(fitted.problem.unknowns):
@@ -297,6 +280,7 @@ def conclude(
     remains = left_unexplained(selection, runs)
     findings = _findings(selection, remains)
     location = _location(selection, findings, remains)
+    rests = rests_of(selection.final, selection.calibrated)
     errors = fits(selection, nominal)
     helps = selection.final.problem.policy.helps
     wrong = _parameters_wrong(selection, nominal) and any(
@@ -331,39 +315,15 @@ def conclude(
         rig=beside(rig, rig_of(selection.final)),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
-        notes=(*_notes(selection, remains, untried, runs), *on_age(improved, ages)),
+        notes=(*every_note(selection, remains, untried, runs, rests), *on_age(improved, ages)),
         seconds=dict(seconds),
         calibrated=selection.calibrated.muscle,
         verdict_probability=of_verdict(verdict, findings),
         repeatability={name: runs.sizes.get(name) if runs else None for name in selection.structure_after},
         runs=runs.runs if runs else (),
         would_help=would_help(findings, proposal, experiments),
-        imitated=imitated(selection.final, selection.calibrated),
+        imitated=imitated(rests),
         known=known_of(selection, improved),
-    )
-
-
-def _notes(
-    selection: Selection, remains: Unexplained | None, untried: Mapping[str, str], runs: RunToRun | None
-) -> tuple[str, ...]:
-    """What is to be known beside the findings."""
-    return (
-        *notes_on_runs(runs),
-        *on_unrepeated(remains, runs),
-        *on_untried(selection, untried),
-        *notes(selection.final.problem.followed),
-        *on_one_load(selection.final.problem.followed),
-        *on_bent_form(selection),
-        *on_warm_start(selection.final),
-        *on_draught(selection),
-        *on_leads(selection),
-        *on_doubtful(selection),
-        *on_slips(selection),
-        *on_rests(selection.final, selection.calibrated),
-        *on_stops(selection.final.problem.followed),
-        *on_shared(selection, remains),
-        *on_unseen(selection),
-        *on_cut_short(selection),
     )
 
 
@@ -387,18 +347,3 @@ def would_help(
     if len(experiments) < 3:
         found.append('each protocol three times: what repeats is told from what does not')
     return tuple(found) or ('sensors with less noise, or more repetitions of the same protocols',)
-
-
-def notes(experiments: Sequence[Experiment]) -> tuple[str, ...]:
-    """What the kind of recording costs: no thermometer, one recording, a drive that follows the muscle."""
-    seen, channels = {name for e in experiments for name in e.observed}, experiments[0].model.channels
-    found = [channel.without for name, channel in channels.items() if channel.without and name not in seen]
-    if len(experiments) < 3:
-        few = 'a single recording: the unseen data are parts of it' if len(experiments) == 1 else ''
-        found.append(f'{few or "two recordings: the unseen data are parts of them"}; no other condition was tested')
-    if any(is_closed_loop(e) for e in experiments):
-        found.append(
-            'the drive follows the muscle (closed loop): the controller corrects an error of the stroke by the '
-            'current, so creep, hysteresis and a loss of stroke are hard to see; record open-loop steps'
-        )
-    return tuple(found)

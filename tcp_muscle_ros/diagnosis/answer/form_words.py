@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import InWords
-from tcp_muscle_ros.diagnosis.answer.in_words import WIDTH, Said, Table, alike, told_by_form, unit_of
+from tcp_muscle_ros.diagnosis.answer.in_words import STEP, Said, Table, alike, told_by_form, unit_of
 from tcp_muscle_ros.diagnosis.answer.sentences import words
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
@@ -129,7 +129,7 @@ def _parameters(said: Said, table: Table, effect: str, driver: str) -> dict[str,
     """The numbers of the equation, with their units (SI, temperatures in degC)."""
     unit, equation, span = UNITS[driver], _EQUATIONS[said.form.name], table.span
     zero, absolute = (ZERO_CELSIUS, 'degC') if unit == KELVIN else (0.0, unit)
-    scale = WIDTH if said.form.name == 'step' else said.number
+    scale = STEP if said.form.name == 'step' else said.number
     known = {
         'o': (table.origin - zero, absolute),
         'w': (span, unit),

@@ -8,13 +8,11 @@ from scipy.interpolate import CubicSpline
 
 from tcp_muscle_ros.diagnosis.answer.findings import FreeLaw
 from tcp_muscle_ros.diagnosis.answer.form_words import in_words
-from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.answer.in_words import driver_of, table_of, unit_of
+from tcp_muscle_ros.diagnosis.fitting.least_squares import WIDTH, Fit
 from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
-from tcp_muscle_ros.muscle import EFFECTS
-from tcp_muscle_ros.muscle.edges import EDGES, of
 
 _POINTS = 41
-_NINETY = 1.645  # standard deviations either way of a 90 % interval
 
 
 def found_law(selection: Selection, chosen: Chosen) -> FreeLaw:
@@ -29,28 +27,11 @@ def found_law(selection: Selection, chosen: Chosen) -> FreeLaw:
 
 def free_law(fitted: Fit, effect: str, nearest: Sequence[str] = ()) -> FreeLaw:
     """The natural cubic spline through the fitted table, its band from the covariance of the values at the knots."""
-    at = np.array(_array(fitted, f'{effect}.at'))
-    places = [k for k, u in enumerate(fitted.problem.unknowns) if u.name.startswith(f'{effect}.value_')]
-    values = np.array([fitted.problem.unknowns[k].from_fit(float(fitted.z[k])) for k in places])
-    spreads = np.array([fitted.problem.unknowns[k].spread for k in places])
-    covariance = fitted.covariance[np.ix_(places, places)] * np.outer(spreads, spreads)
+    table = table_of(fitted, effect)
+    at, count = table.at, table.at.size
     x = np.linspace(at[0], at[-1], _POINTS)
     weights = np.column_stack([CubicSpline(at, one, bc_type='natural')(x) for one in np.eye(at.size)])
-    curve = weights @ values
-    beside = _NINETY * np.sqrt(np.maximum(np.sum((weights @ covariance) * weights, axis=1), 0.0))
-    driver = driver_of(fitted, effect)
-    unit = next(column.unit for column in EFFECTS[effect].columns if column.name == 'value')
+    curve, covariance = weights @ table.values[0], table.covariance[:count, :count]
+    beside = WIDTH * np.sqrt(np.maximum(np.sum((weights @ covariance) * weights, axis=1), 0.0))
+    driver, unit = driver_of(fitted, effect), unit_of(effect)
     return FreeLaw(driver, unit, x, curve, curve - beside, curve + beside, nearest[0] if nearest else None)
-
-
-def driver_of(fitted: Fit, effect: str) -> str:
-    """Over what a fitted law is a table."""
-    free = EFFECTS[effect].free
-    assert free is not None
-    return tuple(free.drivers)[round(fitted.muscle[f'{effect}.driver'])]
-
-
-def _array(fitted: Fit, name: str) -> tuple[float, ...]:
-    found = of(EDGES[name], fitted.muscle)
-    assert isinstance(found, tuple)
-    return found

@@ -186,7 +186,7 @@ def limits_seen(experiments: Sequence[Experiment]) -> RigLimits:
     """The largest current, the loads and the longest run that were seen."""
     usual = RigLimits()
     currents = [float(np.max(e.imposed.drive)) for e in experiments if e.imposed.kind == 'current']
-    hanging = [e.imposed.load for e in experiments if e.holding.end == 'load']
+    hanging = [e.imposed.load for e in experiments if e.holding.hangs]
     loads = {round(float(load), 4) for hung in hanging for load in np.unique(hung)}
     if len(loads) > _HUNG:  # a load cell's readings, and no weights that were hung
         loads = {round(float(np.median(hung)), 4) for hung in hanging}

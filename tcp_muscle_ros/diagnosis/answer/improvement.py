@@ -10,14 +10,12 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Value, strengths
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
-from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.least_squares import WIDTH, Fit
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.search.holdout import changed_by, held_out
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import Parameters
-
-_NINETY = 1.645  # standard deviations either way of a 90 % interval
 
 
 def of_samples(fitted: Fit, errors: Mapping[str, float]) -> dict[str, float]:
@@ -107,7 +105,7 @@ def certainty(effect: str, values: Mapping[str, Value]) -> float:
     far = [0.0]
     for value, none in strengths(effect, values):
         nearer = value.low if value.value > none else value.high
-        spread = abs(value.value - nearer) / _NINETY
+        spread = abs(value.value - nearer) / WIDTH
         far.append(abs(value.value - none) / spread if spread > 0.0 else np.inf)
     if len(far) == 1:
         return 1.0

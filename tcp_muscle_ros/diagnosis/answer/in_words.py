@@ -13,14 +13,14 @@ from scipy.optimize import minimize_scalar
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.search.bending import as_well
-from tcp_muscle_ros.diagnosis.search.holdout import held_out, improvement
+from tcp_muscle_ros.diagnosis.search.holdout import held_out, held_out_as, improvement
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.muscle.effects.free_law import KELVIN
+from tcp_muscle_ros.muscle.effects.free_law import KELVIN, UNITS
 from tcp_muscle_ros.settings.policy import Policy
 
-WIDTH = 0.06  # of the range: a step's, narrower than which a table of four knots shows none
+STEP = 0.06  # of the range: a step's, narrower than which a table of four knots shows none
 _INSIDE = 0.05  # of the range, from its ends: where a law may begin, end or step
 _TRIED = 61  # numbers of a form, before the best is refined
 _ANY_SCALE = 10.0  # standard deviation of a factor that a parameter of the muscle takes up
@@ -58,7 +58,7 @@ FORMS = (
     Form('saturation', lambda v, s: -np.exp((v.min() - v) / s), (0.1, 1.0)),
     Form('threshold', lambda v, a: np.maximum(v - a, 0.0), inside=True),
     Form('until', np.minimum, inside=True),
-    Form('step', lambda v, a: 0.5 + 0.5 * np.tanh(0.5 * (v - a) / WIDTH), inside=True),
+    Form('step', lambda v, a: 0.5 + 0.5 * np.tanh(0.5 * (v - a) / STEP), inside=True),
 )
 
 
@@ -124,7 +124,7 @@ def told_by_form(selection: Selection, effect: str) -> tuple[Said, Table] | None
 def _as_good(selection: Selection, effect: str, form: Form) -> bool:
     """Whether a form predicts unseen data as well as the table does."""
     by_table = held_out(selection.final, selection.kept_back)
-    by_form = held_out(selection.final, selection.kept_back, then=lambda trained: held_to(trained, effect, form))
+    by_form = held_out_as(selection.final, selection.kept_back, lambda trained: held_to(trained, effect, form))
     # Nor may unseen data confirm the table over the form, as they confirm an effect.
     better = improvement(by_form, by_table, whole=selection.kept_back[0].whole is not None)
     return as_well(by_table, by_form) and not better.holds
@@ -144,14 +144,18 @@ def table_of(fitted: Fit, effect: str) -> Table:
     spreads = np.array([unknowns[k].spread for k in places])
     values = np.array([unknowns[k].from_fit(float(fitted.z[k])) for k in places]).reshape(curves, count)
     covariance = fitted.covariance[np.ix_(places, places)] * np.outer(spreads, spreads)
-    free = EFFECTS[effect].free
-    assert free is not None
-    driver = tuple(free.drivers)[round(fitted.muscle[f'{effect}.driver'])]
     room = float(np.mean([np.mean(e.imposed.ambient) for e in fitted.problem.experiments]))
     # A temperature counts from the room; what stays far from nothing, as a length does, from where it begins.
     zero = 0.0 if at[0] < at[-1] - at[0] else float(at[0])
-    origin = room if free.drivers[driver] == KELVIN else zero
+    origin = room if UNITS[driver_of(fitted, effect)] == KELVIN else zero
     return Table(at, values, covariance, tuple(places), origin, unit_of(effect) == '1')
+
+
+def driver_of(fitted: Fit, effect: str) -> str:
+    """Over what a fitted law is a table."""
+    free = EFFECTS[effect].free
+    assert free is not None
+    return tuple(free.drivers)[round(fitted.muscle[f'{effect}.driver'])]
 
 
 def unit_of(effect: str) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.stats import norm
 
 from tcp_muscle_ros.diagnosis.answer.findings import Proposal
+from tcp_muscle_ros.diagnosis.answer.handed_on import limits_seen
 from tcp_muscle_ros.diagnosis.answer.protocols import Plan, Reach, plans, reach, varied
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, slopes
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
@@ -48,10 +49,10 @@ def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
     at = np.minimum(np.searchsorted(edges, time + 1e-9, side='right') - 1, len(steps) - 1)
     drive = np.array([s.current for s in steps])[at]
     load = np.array([s.load for s in steps])[at]
-    holding = like.holding if is_held(like) else Holding('load', float(load[0]))
+    holding = Holding('load', float(load[0])) if like.holding.hangs else like.holding
     observed = {}
     for name in like.observed:
-        if name == 'force' and not is_held(like):
+        if name == 'force' and like.holding.hangs:
             continue  # at a loaded end the force is the load
         kept = np.abs(drive) > 0.01 if name == 'resistance' else np.ones(time.size, dtype=bool)
         kept &= np.arange(time.size) % max(1, round(time.size / _SAMPLES)) == 0
@@ -59,11 +60,6 @@ def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
             observed[name] = Observed(time[kept], np.zeros(int(kept.sum())), np.ones(int(kept.sum())))
     imposed = Imposed('current', time, drive, load, np.full(time.size, ambient))
     return Experiment(plan.name, imposed, holding, observed)
-
-
-def is_held(experiment: Experiment) -> bool:
-    """Whether something else than a load is at the muscle's end."""
-    return experiment.holding.end != 'load'
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +146,7 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     if limits is not None and not limits.held_end:
         like = replace(like, holding=Holding('load', like.holding.starting_load))
     rig = reach(first.muscle, like.holding.starting_load, ambient, limits, _usual_current(first.problem.experiments))
-    if is_held(like):
+    if not like.holding.hangs:
         rig = replace(rig, loads=(rig.base,))  # none hangs there
 
     def planned(plan: Plan) -> Planned:
@@ -178,7 +174,7 @@ def _usual_current(experiments: Sequence[Experiment]) -> float:
     it was seen to give; infinite where it is given a power or a voltage."""
     if any(e.imposed.kind != 'current' for e in experiments):
         return float('inf')
-    return max(RigLimits().largest_current, *(float(np.max(e.imposed.drive)) for e in experiments))
+    return max(RigLimits().largest_current, limits_seen(experiments).largest_current)
 
 
 def _optimised(best: Planned, planned: Callable[[Plan], Planned], rig: Reach, first: Fit) -> Planned:

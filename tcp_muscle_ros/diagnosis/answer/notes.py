@@ -1,18 +1,19 @@
 """What is to be known beside the findings: slips, leaps, rests, stops, what was not tried or not seen, and the age."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.answer.findings import Imitated, RunToRun
-from tcp_muscle_ros.diagnosis.answer.free_curve import driver_of
+from tcp_muscle_ros.diagnosis.answer.findings import RunToRun
+from tcp_muscle_ros.diagnosis.answer.in_words import driver_of
+from tcp_muscle_ros.diagnosis.answer.repeating import notes_on_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
-from tcp_muscle_ros.diagnosis.answer.sticking import imitation, one_run, said_of
+from tcp_muscle_ros.diagnosis.answer.sticking import Rests, said_of
 from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP, Signature, signature
+from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP
 from tcp_muscle_ros.diagnosis.fitting.warm_start import warm_at_the_start
-from tcp_muscle_ros.diagnosis.model.model import floating
+from tcp_muscle_ros.diagnosis.observation.closed_loop import is_closed_loop
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment, one_load
 from tcp_muscle_ros.diagnosis.observation.stopping import stops
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
@@ -21,6 +22,49 @@ from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.diagnosis.search.shared import shared_misfit
 from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.settings.ages import Age
+
+
+def every_note(
+    selection: Selection,
+    remains: Unexplained | None,
+    untried: Mapping[str, str],
+    runs: RunToRun | None,
+    rests: Rests,
+) -> tuple[str, ...]:
+    """What is to be known beside the findings."""
+    return (
+        *notes_on_runs(runs),
+        *on_unrepeated(remains, runs),
+        *on_untried(selection, untried),
+        *on_kind(selection.final.problem.followed),
+        *on_one_load(selection.final.problem.followed),
+        *on_bent_form(selection),
+        *on_warm_start(selection.final),
+        *on_draught(selection),
+        *on_leads(selection),
+        *on_doubtful(selection),
+        *on_slips(selection),
+        *on_rests(rests),
+        *on_stops(selection.final.problem.followed),
+        *on_shared(selection, remains),
+        *on_unseen(selection),
+        *on_cut_short(selection),
+    )
+
+
+def on_kind(experiments: Sequence[Experiment]) -> tuple[str, ...]:
+    """What the kind of recording costs: no thermometer, one recording, a drive that follows the muscle."""
+    seen, channels = {name for e in experiments for name in e.observed}, experiments[0].model.channels
+    found = [channel.without for name, channel in channels.items() if channel.without and name not in seen]
+    if len(experiments) < 3:
+        few = 'a single recording: the unseen data are parts of it' if len(experiments) == 1 else ''
+        found.append(f'{few or "two recordings: the unseen data are parts of them"}; no other condition was tested')
+    if any(is_closed_loop(e) for e in experiments):
+        found.append(
+            'the drive follows the muscle (closed loop): the controller corrects an error of the stroke by the '
+            'current, so creep, hysteresis and a loss of stroke are hard to see; record open-loop steps'
+        )
+    return tuple(found)
 
 
 def on_slips(selection: Selection) -> tuple[str, ...]:
@@ -145,26 +189,21 @@ def on_shared(selection: Selection, unexplained: Unexplained | None) -> tuple[st
     )
 
 
-def on_rests(fitted: Fit, smooth: Fit | None = None) -> tuple[str, ...]:
-    """In which recordings a channel rests and jumps where the model moves, and where a contraction stops short.
-
-    ``smooth``: the same without what was found, which may rest itself (friction) and so explain away what is seen.
-    """
+def on_rests(rests_and_jumps: Rests) -> tuple[str, ...]:
+    """In which recordings a channel rests and jumps where the model moves, and where a contraction stops short."""
     said = []
-    seen = _beside(fitted, smooth)
+    seen = rests_and_jumps.seen
     for channel in dict.fromkeys(name for _, name, _ in seen):
         mine = [(e, s) for e, name, s in seen if name == channel]
-        sticking = [(e, s) for e, s in mine if s.kind == CHANCE]
-        if sticking:
-            runs, found = zip(*sticking, strict=True)
+        found = [s for _, s in mine if s.kind == CHANCE]
+        if found:
             rests = np.concatenate([s.durations() for s in found])
             jumps = np.concatenate([s.sizes() for s in found])
             low, high = (amount(channel, float(np.quantile(jumps, q))) for q in (0.1, 0.9))
             short, long = np.quantile(rests, (0.1, 0.9))
-            moves = channel == fitted.problem.model.motion
-            like = said_of(imitation(runs, (smooth or fitted).muscle, found)) if moves else ''
+            like = said_of(rests_and_jumps.like) if channel == mine[0][0].model.motion else ''
             said.append(
-                f'the {quantity(channel)} sticks and slips in {len(sticking)} of {len(mine)} recordings: {rests.size} '
+                f'the {quantity(channel)} sticks and slips in {len(found)} of {len(mine)} recordings: {rests.size} '
                 f'rests, mostly of {short:.1f} to {long:.1f} s, and {jumps.size} jumps both ways, mostly of {low} to '
                 f'{high}; their instants are chance, so no model predicts them (effect: stick_slip){like}'
             )
@@ -175,28 +214,6 @@ def on_rests(fitted: Fit, smooth: Fit | None = None) -> tuple[str, ...]:
             if s.kind == STOP and not _stop(e)
         ]
     return tuple(said)
-
-
-def imitated(fitted: Fit, smooth: Fit) -> Imitated | None:
-    """The recording with the most jumps beside a simulation that sticks and slips; None where none does."""
-    motion = fitted.problem.model.motion
-    sticking = [(e, s) for e, name, s in _beside(fitted, smooth) if name == motion and s.kind == CHANCE]
-    if not sticking:
-        return None
-    like = imitation([e for e, _ in sticking], smooth.muscle, [s for _, s in sticking])
-    if like is None:
-        return None
-    most, _ = max(sticking, key=lambda one: one[1].sizes().size)
-    k = next(k for k, e in enumerate(fitted.problem.experiments) if e is most)
-    recorded, simulated = one_run(most, smooth.muscle, smooth.left[k][motion], like)
-    time = most.observed[motion].time - float(most.imposed.time[0])
-    return Imitated(most.name, motion, time, recorded, simulated)
-
-
-def _beside(fitted: Fit, smooth: Fit | None) -> list[tuple[Experiment, str, Signature]]:
-    """The signatures beside a fit, and where there are rests and jumps beside the ``smooth`` one, those."""
-    plain = {(e.name, name): s for e, name, s in _signatures(smooth) if s.kind == CHANCE} if smooth else {}
-    return [(e, name, plain.get((e.name, name), s)) for e, name, s in _signatures(fitted)]
 
 
 def on_stops(experiments: Sequence[Experiment]) -> tuple[str, ...]:
@@ -225,16 +242,6 @@ def _stop(experiment: Experiment) -> tuple[float, float, float] | None:
     for first, last, at in stops(o.time, o.value, drive.time, drive.drive) if o is not None else ():
         return first - begin, last - begin, at
     return None
-
-
-def _signatures(fitted: Fit) -> Iterator[tuple[Experiment, str, Signature]]:
-    """What each recording shows of rests and jumps in each channel that moves; not where it was averaged, for a jump
-    takes less than a sample."""
-    for experiment, left in zip(fitted.problem.experiments, fitted.left, strict=True):
-        for name in floating(experiment.model):
-            o = experiment.observed.get(name)
-            if o is not None and o.time.size > 2 and float(o.count.max()) == 1.0:
-                yield experiment, name, signature(o.time, o.value, o.value - left[name])
 
 
 def on_age(now: Parameters, ages: Sequence[Age]) -> tuple[str, ...]:

@@ -4,12 +4,15 @@ The instants are chance and are not predicted; the sizes of jumps and the durati
 each are compared.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.fitting.stick_slip import Signature, alike, signature
+from tcp_muscle_ros.diagnosis.answer.findings import Imitated
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, Signature, alike, signature
+from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
@@ -49,6 +52,60 @@ def imitation(experiments: Sequence[Experiment], muscle: Parameters, seen: Seque
         force *= float(np.clip(np.mean(sizes) / np.mean(jumps), 0.1, 10.0)) if jumps.size else 0.5
     durations = np.concatenate([s.durations() for s in seen])
     return Imitation(values, alike(sizes, jumps), alike(durations, rests))
+
+
+@dataclass(frozen=True, eq=False)
+class Rests:
+    """What recordings show of rests and jumps.
+
+    ``seen``: by recording and channel. ``like``: how a simulation of the ``smooth`` fit's muscle sticks as they do,
+    None where none of them does.
+    """
+
+    seen: tuple[tuple[Experiment, str, Signature], ...]
+    like: Imitation | None
+    experiments: tuple[Experiment, ...]
+    smooth: Fit
+
+    @property
+    def stuck(self) -> list[tuple[Experiment, Signature]]:
+        """The recordings whose motion sticks."""
+        return [(e, s) for e, name, s in self.seen if name == e.model.motion and s.kind == CHANCE]
+
+
+def rests_of(fitted: Fit, smooth: Fit | None = None) -> Rests:
+    """What is seen beside a fit, and where there are rests and jumps beside the ``smooth`` one, those: it is the same
+    without what was found, which may rest itself (friction) and so explain away what is seen."""
+    smooth, experiments = smooth or fitted, tuple(fitted.problem.experiments)
+    plain = {at: s for at, s in _signatures(smooth) if s.kind == CHANCE}
+    seen = tuple((experiments[k], name, plain.get((k, name), s)) for (k, name), s in _signatures(fitted))
+    rests = Rests(seen, None, experiments, smooth)
+    if not rests.stuck:
+        return rests
+    runs, found = zip(*rests.stuck, strict=True)
+    return replace(rests, like=imitation(runs, smooth.muscle, found))
+
+
+def _signatures(fitted: Fit) -> Iterator[tuple[tuple[int, str], Signature]]:
+    """What each recording, by its place, shows of rests and jumps in each channel that moves; not where it was
+    averaged, for a jump takes less than a sample."""
+    for k, (experiment, left) in enumerate(zip(fitted.problem.experiments, fitted.left, strict=True)):
+        for name in floating(experiment.model):
+            o = experiment.observed.get(name)
+            if o is not None and o.time.size > 2 and float(o.count.max()) == 1.0:
+                yield (k, name), signature(o.time, o.value, o.value - left[name])
+
+
+def imitated(rests: Rests) -> Imitated | None:
+    """The recording with the most jumps beside a simulation that sticks and slips; None where none does."""
+    if rests.like is None:
+        return None
+    most, _ = max(rests.stuck, key=lambda one: one[1].sizes().size)
+    motion, smooth = most.model.motion, rests.smooth
+    k = next(k for k, e in enumerate(rests.experiments) if e is most)
+    recorded, simulated = one_run(most, smooth.muscle, smooth.left[k][motion], rests.like)
+    time = most.observed[motion].time - float(most.imposed.time[0])
+    return Imitated(most.name, motion, time, recorded, simulated)
 
 
 def one_run(

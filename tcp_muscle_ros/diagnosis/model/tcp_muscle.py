@@ -204,7 +204,7 @@ def _its_own(recorded: Recorded, k: int) -> Iterable[Unknown]:
 def _softest(recordings: Iterable[Recorded], nominal: Parameters) -> float:
     """The least stiffness (N/m): with less the load would have drawn the muscle to twice its length, as where it hangs
     one sees that it does not. Under one load a stroke alone hardly tells."""
-    pulls = [float(np.median(e.imposed.load)) for e in recordings if e.holding.end == 'load']
+    pulls = [float(np.median(e.imposed.load)) for e in recordings if e.holding.hangs]
     return min(max(pulls, default=0.0) / ((_LONGEST - 1.0) * nominal['H0']), _SOFTER * nominal['k0'])
 
 

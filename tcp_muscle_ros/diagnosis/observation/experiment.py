@@ -100,7 +100,7 @@ class Experiment:
 
 def one_load(experiments: Sequence[Experiment]) -> bool:
     """Whether no recording tells a stiffness: one and the same load hangs in all of them."""
-    if any(e.holding.end != 'load' for e in experiments):
+    if not all(e.holding.hangs for e in experiments):
         return False
     loads = np.concatenate([e.imposed.load for e in experiments])
     return bool(np.ptp(loads) <= _ONE_LOAD * float(np.median(loads)))

@@ -66,3 +66,8 @@ class Holding:
     held_length: float = 0.0
     spring_rate: float = 0.0
     spring_rest_length: float = 0.0
+
+    @property
+    def hangs(self) -> bool:
+        """Whether a load is at the end, and nothing holds it."""
+        return self.end == 'load'

@@ -108,15 +108,24 @@ class HeldOut:
 
 
 @lru_cache(maxsize=16)
-def held_out(
-    fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12, then: Callable[[Fit], Array] | None = None
-) -> HeldOut:
+def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> HeldOut:
     """Refit without each fold in turn, from the full fit, and look at the fold.
 
     What belongs to a recording alone is taken from the full fit where that is kept back whole: it is no property of the
     muscle, and a new recording brings its own. So is its start always, which may be in the stretch that is kept back.
-    ``then``: makes of a fit to the rest the unknowns that are looked at instead of its own.
     """
+    return held_out_as(fitted, kept_back, lambda trained: trained.z, rounds)
+
+
+@lru_cache(maxsize=8)
+def _without(fitted: Fit, fold: Fold, rounds: int) -> Fit:
+    """The fit to the rest of the data."""
+    rest = training(fitted.problem, fold)
+    return fit(rest, fitted.z, rounds=rounds, tolerance=1e-4, known=_slopes_of(rest, fitted))
+
+
+def held_out_as(fitted: Fit, kept_back: tuple[Fold, ...], seen_as: Callable[[Fit], Array], rounds: int = 12) -> HeldOut:
+    """The same with what ``seen_as`` makes of the unknowns of each fit to the rest."""
     problem = fitted.problem
     clusters: list[Mapping[str, Array]] = []
     errors: list[Mapping[str, Array]] = []
@@ -124,12 +133,12 @@ def held_out(
     squares: dict[str, float] = {}
     count: dict[str, int] = {}
     for fold in kept_back:
-        rest = training(problem, fold)
-        trained = fit(rest, fitted.z, rounds=rounds, tolerance=1e-4, known=_slopes_of(rest, fitted))
+        trained = _without(fitted, fold, rounds)
+        rest = trained.problem
         z = np.array(
             [
                 own if u.state or (u.recording is not None and u.recording == fold.whole) else shared
-                for u, own, shared in zip(problem.unknowns, fitted.z, then(trained) if then else trained.z, strict=True)
+                for u, own, shared in zip(problem.unknowns, fitted.z, seen_as(trained), strict=True)
             ]
         )
         looked = testing(problem, fold)
