@@ -27,14 +27,16 @@ def version():
 def compile_model(library, *options, **environment):
     """Compile the model of the package as it will be imported from ``library``; where that fails, only say so."""
     path = os.pathsep.join(filter(None, [str(library), os.environ.get('PYTHONPATH')]))
-    done = subprocess.run(
-        [sys.executable, '-m', f'{NAME}.robots', *options],
-        env={**os.environ, 'PYTHONPATH': path, **environment},
-        cwd=tempfile.gettempdir(),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    # `python -m` puts the folder it runs in first on the path: an empty one, for a /tmp/re.py would be taken for `re`.
+    with tempfile.TemporaryDirectory() as empty:
+        done = subprocess.run(
+            [sys.executable, '-m', f'{NAME}.robots', *options],
+            env={**os.environ, 'PYTHONPATH': path, **environment},
+            cwd=empty,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
     if done.returncode:
         why = (done.stderr.strip().splitlines() or ['no reason given'])[-1]
         print(f'the model was not compiled, so the first start does it: {why}', file=sys.stderr)
