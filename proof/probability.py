@@ -6,7 +6,8 @@ python -m proof.probability RUN [RUN ...] --fit --write   and written to config/
 python -m proof.probability RUN [RUN ...] --document      docs/probabilities.md and its figure
 
 A RUN is a folder of ./scripts/prove after its phases `generate` and `diagnose`. A finding is right where its effect is
-among those that were concealed; a law without a name, where an effect that is not listed was concealed in its stage.
+among those that were concealed; a law without a name, where an effect that is not listed was concealed in its stage. A
+verdict that names nothing is right where nothing was concealed that could be seen; `unexplained`, where anything was.
 Weights are never fitted to a sealed suite.
 """
 
@@ -26,7 +27,7 @@ from scipy.optimize import minimize
 from proof.prove import DIAGNOSIS
 from proof.score import wilson
 from proof.tool import REPORT
-from tcp_muscle_ros.diagnosis.answer.probability import TERMS, probability
+from tcp_muscle_ros.diagnosis.answer.probability import NAMELESS, TERMS, probability
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
@@ -107,6 +108,22 @@ def fitted(judged: Sequence[Judged]) -> dict[str, float]:
     return {name: round(float(weight), 2) for name, weight in zip(TERMS, best, strict=True)}
 
 
+def verdicts(runs: Sequence[Path]) -> dict[str, tuple[int, int]]:
+    """Of each verdict that names nothing: how often it was right, and how often it was given."""
+    given = {name: [0, 0] for name in NAMELESS}
+    for label, report in (one for run in runs for one in answered(run)):
+        if (verdict := str(report['verdict'])) in given:
+            seen = [effect['visibility']['detectable'] for effect in label['effects']]
+            given[verdict][0] += bool(seen) if verdict == 'unexplained' else not any(seen)
+            given[verdict][1] += 1
+    return {name: (right, count) for name, (right, count) in given.items()}
+
+
+def odds_of(counts: Mapping[str, tuple[int, int]]) -> dict[str, float]:
+    """Their log odds by the rule of succession (Laplace), which no count makes certain."""
+    return {name: round(float(np.log((right + 1) / (n - right + 1))), 2) for name, (right, n) in counts.items()}
+
+
 def left_out(judged: Sequence[Judged], seed: int = 0) -> list[float]:
     """The probability of each finding by weights that were fitted to other cases."""
     cases = sorted({one.case for one in judged})
@@ -155,6 +172,15 @@ def _log_score(p: np.ndarray, true: np.ndarray) -> float:
     return float(-np.mean(np.where(true, np.log(p), np.log(1.0 - p))))
 
 
+def verdict_table(counts: Mapping[str, tuple[int, int]]) -> str:
+    """How often verdicts that name nothing were right, in Markdown."""
+    lines = ['| verdict | given | right | share | 95 % interval |', '|---|---|---|---|---|']
+    for name, (right, n) in counts.items():
+        low, high = wilson(right, n)
+        lines.append(f'| `{name}` | {n} | {right} | {right / max(n, 1):.2f} | {low:.2f} to {high:.2f} |')
+    return '\n'.join(lines)
+
+
 def text(stated: Sequence[float], right: Sequence[bool]) -> str:
     """Both tables, in Markdown."""
     lines = ['| stated (mean) | findings | right | share | 95 % interval |', '|---|---|---|---|---|']
@@ -190,7 +216,7 @@ def write_weights(weights: Mapping[str, float], runs: Sequence[str], path: Path 
     path.write_text(new, encoding='utf-8')
 
 
-def document(judged: Sequence[Judged], runs: Sequence[str]) -> str:
+def document(judged: Sequence[Judged], runs: Sequence[str], counts: Mapping[str, tuple[int, int]]) -> str:
     """The page."""
     stated, right = [one.stated for one in judged], [one.right for one in judged]
     wrong = [one for one in judged if not one.right and one.stated >= 0.9]
@@ -200,6 +226,7 @@ def document(judged: Sequence[Judged], runs: Sequence[str]) -> str:
         runs=' and '.join(runs),
         today=today,
         table=text(stated, right),
+        verdicts=verdict_table(counts),
         wrong=named,
         command=' '.join(f'build/proof/{run}' for run in runs),
     )
@@ -226,6 +253,13 @@ score is better. Wrong at 0.9 or above: {wrong}.
 A finding is right where its effect was concealed in the muscle. A law without a name is right where an effect that is
 not listed was concealed in its stage.
 
+A verdict that names something is as probable as that one of its findings is there. One that names nothing states how
+often such a verdict was right on the muscles that the weights were fitted to. `match` and
+`wrong_parameters` are right where nothing was concealed that could be seen; `unexplained`, where anything was. On the
+runs above:
+
+{verdicts}
+
 Made by `python -m proof.probability {command} --document`, from the folders of `./scripts/prove`.
 """
 
@@ -247,15 +281,16 @@ def main(arguments: list[str] | None = None) -> int:
     except BadInput as mistake:
         print(f'proof.probability: {mistake}', file=sys.stderr)
         return 2
-    right = [one.right for one in judged]
+    right, counts = [one.right for one in judged], verdicts(chosen.runs)
     print(text(left_out(judged) if chosen.fit else [one.stated for one in judged], right))
+    print('\n' + verdict_table(counts))
     if chosen.fit:
-        weights = fitted(judged)
+        weights = fitted(judged) | odds_of(counts)
         print('\n' + '\n'.join(f'{name}: {weight}' for name, weight in weights.items()))
         if chosen.write:
             write_weights(weights, runs)
     if chosen.document:
-        PAGE.write_text(document(judged, runs), encoding='utf-8')
+        PAGE.write_text(document(judged, runs, counts), encoding='utf-8')
         draw([one.stated for one in judged], right, FIGURE)
     return 0
 

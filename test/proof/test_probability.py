@@ -7,10 +7,11 @@ import pytest
 import yaml
 
 from proof import probability as module
-from proof.probability import Judged, bins, fitted, left_out, main, read_run, scores, write_weights
-from tcp_muscle_ros.diagnosis.answer.probability import TERMS, probability
+from proof.probability import Judged, bins, fitted, left_out, main, odds_of, read_run, scores, verdicts, write_weights
+from tcp_muscle_ros.diagnosis.answer.probability import NAMELESS, TERMS, probability
 from tcp_muscle_ros.settings.policy import SHIPPED, read_policy
 
+SEEN = {'visibility': {'detectable': True}}
 TRUE_WEIGHTS = dict.fromkeys(TERMS, 0.0) | {'constant': 0.5, 'among_rivals': 1.0, 'left': -1.0}
 
 
@@ -56,8 +57,8 @@ def run(tmp_path):
         return {'effect': effect, 'stage': stage, 'probability': 0.7, 'evidence': evidence, 'unlisted': unlisted}
 
     cases = [
-        {'case': 'case_0', 'kind': 'single', 'effects': [{'effect': 'creep', 'stage': 'mechanical'}]},
-        {'case': 'case_1', 'kind': 'unlisted', 'effects': [{'effect': 'sticky_turns', 'stage': 'mechanical'}]},
+        {'case': 'case_0', 'kind': 'single', 'effects': [{'effect': 'creep', 'stage': 'mechanical', **SEEN}]},
+        {'case': 'case_1', 'kind': 'unlisted', 'effects': [{'effect': 'sticky_turns', 'stage': 'mechanical', **SEEN}]},
     ]
     findings = [
         [finding('creep', 'mechanical'), finding('friction', 'mechanical')],
@@ -68,7 +69,9 @@ def run(tmp_path):
         report = tmp_path / 'reports' / 'diagnosis' / case['case']
         report.mkdir(parents=True)
         dropped = [{'effect': 'slack', 'probability': 0.3, 'evidence': evidence}]
-        (report / 'report.json').write_text(json.dumps({'findings': mine, 'doubtful': dropped}))
+        (report / 'report.json').write_text(
+            json.dumps({'verdict': 'missing_physics', 'findings': mine, 'doubtful': dropped})
+        )
     return tmp_path
 
 
@@ -82,6 +85,21 @@ def test_a_finding_is_right_where_its_effect_was_concealed(run, capsys):
     assert [one.effect for one in read_run(run, doubtful=True)].count('slack') == 2, 'weights are fitted to those too'
     assert main([str(run)]) == 0
     assert '| right | 0.5 |' in capsys.readouterr().out
+
+
+def test_a_verdict_that_names_nothing_is_right_where_nothing_could_be_seen(tmp_path):
+    seen, hidden = ({'visibility': {'detectable': yes}} for yes in (True, False))
+    told = [('match', []), ('match', [seen]), ('wrong_parameters', [hidden]), ('unexplained', [seen]),
+            ('unexplained', []), ('missing_physics', [])]  # fmt: skip
+    cases = [{'case': f'case_{k}', 'kind': 'single', 'effects': effects} for k, (_, effects) in enumerate(told)]
+    (tmp_path / 'labels.json').write_text(json.dumps({'cases': cases}))
+    for case, (verdict, _) in zip(cases, told, strict=True):
+        report = tmp_path / 'reports' / 'diagnosis' / case['case']
+        report.mkdir(parents=True)
+        (report / 'report.json').write_text(json.dumps({'verdict': verdict, 'findings': []}))
+    counts = verdicts([tmp_path])
+    assert counts == {'match': (1, 2), 'wrong_parameters': (1, 1), 'unexplained': (1, 2)}
+    assert odds_of(counts) == {'match': 0.0, 'wrong_parameters': 0.69, 'unexplained': 0.0}
 
 
 def test_weights_are_never_fitted_to_a_sealed_suite(run, capsys):
@@ -99,7 +117,7 @@ def test_what_is_no_run_is_said_in_one_line(tmp_path, capsys):
 def test_weights_are_written_and_all_else_stays(tmp_path):
     path = tmp_path / 'policy.yaml'
     path.write_text(SHIPPED.read_text(encoding='utf-8'), encoding='utf-8')
-    weights = {name: round(0.1 * k, 2) for k, name in enumerate(TERMS)}
+    weights = {name: round(0.1 * k, 2) for k, name in enumerate((*TERMS, *NAMELESS))}
     write_weights(weights, ['varied-108-1'], path)
     assert read_policy(path).odds == weights
     before, after = (yaml.safe_load(p.read_text(encoding='utf-8')) for p in (SHIPPED, path))

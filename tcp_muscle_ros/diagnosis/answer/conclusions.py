@@ -282,9 +282,9 @@ def conclude(
     location = _location(selection, findings, remains)
     rests = rests_of(selection.final, selection.calibrated)
     errors = fits(selection, nominal)
-    helps = selection.final.problem.policy.helps
+    policy = selection.final.problem.policy
     wrong = _parameters_wrong(selection, nominal) and any(
-        f.held_out is not None and f.held_out.before < helps * f.nominal for f in errors.values()
+        f.held_out is not None and f.held_out.before < policy.helps * f.nominal for f in errors.values()
     )
     verdict = _verdict(findings, remains, runs is not None and bool(runs.channel), wrong)
     proposal = likely_to_decide(_proposal(selection, rig.limits if rig else None))
@@ -318,7 +318,7 @@ def conclude(
         notes=(*every_note(selection, remains, untried, runs, rests), *on_age(improved, ages)),
         seconds=dict(seconds),
         calibrated=selection.calibrated.muscle,
-        verdict_probability=of_verdict(verdict, findings),
+        verdict_probability=of_verdict(verdict, findings, policy.odds),
         repeatability={name: runs.sizes.get(name) if runs else None for name in selection.structure_after},
         runs=runs.runs if runs else (),
         would_help=would_help(findings, proposal, experiments),

@@ -33,6 +33,12 @@ TERMS: Mapping[str, str] = {
     'few': '1 where there are fewer than three recordings',
     'left': '1 where something remains unexplained',
 }
+# The verdicts that name nothing, with what each claims. How often it was right, as log odds, stands beside the weights.
+NAMELESS: Mapping[str, str] = {
+    'match': 'nothing is missing that these recordings could show',
+    'wrong_parameters': 'nothing is missing that these recordings could show, with other numbers',
+    'unexplained': 'something is missing, in the muscle or in its instruments',
+}
 
 
 def terms(selection: Selection, chosen: Chosen, values: Mapping[str, Value], anything_left: bool) -> dict[str, float]:
@@ -58,8 +64,15 @@ def probability(found: Mapping[str, float], weights: Mapping[str, float]) -> flo
     return float(1.0 / (1.0 + np.exp(-sum(weights[name] * value for name, value in found.items()))))
 
 
-def of_verdict(verdict: str, found: Sequence[Finding]) -> float | None:
-    """The probability of a verdict that names something: that at least one of its findings is there. Else None."""
+def of_verdict(verdict: str, found: Sequence[Finding], weights: Mapping[str, float]) -> float | None:
+    """The probability that a verdict is right, None where it has none.
+
+    Of one that names something: that at least one of its findings is there. Of one that names nothing: how often it was
+    right on muscles whose physics is known (``weights``). ``insufficient_data`` claims nothing, and of muscles that do
+    not repeat themselves there are no known ones.
+    """
+    if verdict in NAMELESS:
+        return probability({verdict: 1.0}, weights)
     sensors = verdict == 'sensor_or_setup'
     if verdict != 'missing_physics' and not sensors:
         return None
