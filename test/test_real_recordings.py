@@ -84,3 +84,16 @@ def test_the_table_of_the_document_counts_the_runs_that_stick(runs, monkeypatch)
 
     mine = {n: prepare(runs[n], NOMINAL, most=None) for n in ('stroke_3W_1a', 'stroke_3W_5a', 'force_4W_1')}
     assert [sticks([run]) for run in mine.values()] == [1, 1, 0]
+
+
+def test_what_comes_late_is_a_cluster_across_stages(runs):
+    """The positions were read every second, and later every two: a lag of the supply of 0.6 s is resolved no less than
+    one of the core or a clock."""
+    names = ('mandrel_1W_free_1', 'mandrel_3W_free_0g_1', 'mandrel_3W_free_20g_1')
+    found = diagnose([prepare(runs[n], NOMINAL, most=250) for n in names], NOMINAL)
+    (finding,) = found.findings
+    members = {m.effect: m for m in finding.cluster}
+    assert {'supply_lag', 'two_node', 'clock_skew'} <= set(members)
+    assert {m.stage for m in members.values()} == {'electrical', 'thermal', 'sensor'}
+    assert sum(m.probability for m in members.values()) == pytest.approx(1.0)
+    assert finding.effect in members and not finding.singled_out

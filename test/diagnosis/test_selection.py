@@ -255,6 +255,24 @@ def test_what_samples_do_not_resolve_is_late_by_nothing(softened):
     assert sound(as_rival(softened, 'supply_lag', 1000.0, tau=0.5))
     assert not sound(as_rival(softened, 'supply_lag', 1000.0, tau=0.05))
     assert not sound(as_rival(softened, 'thermocouple_lag', 1000.0, tau=0.05))
+    assert sound(as_rival(softened, 'clock_skew', 1000.0, d=0.05, channel=1.0))  # two channels show it at once
+
+
+def test_a_clock_is_resolved_no_better_than_a_lag_where_one_channel_was_seen():
+    fitted = settle_noise(calibrate([experiment(('displacement',), seed=k) for k in range(2)], NOMINAL).fit)[0]
+    for late, resolved in ((0.05, False), (0.15, True)):
+        assert sound(as_rival(fitted, 'supply_lag', 1000.0, tau=late)) == resolved
+        assert sound(as_rival(fitted, 'clock_skew', 1000.0, d=late, channel=1.0)) == resolved
+
+
+def test_what_is_read_more_often_for_a_while_resolves_as_much_there():
+    """Every second at first and every two later, as from a film: a delay of 0.6 s is resolved."""
+    (run,) = [experiment(('displacement',))]
+    every = np.array([k for k in range(0, 1050, 5) if k < 300 or k % 10 == 0])
+    run = replace(run, observed={'displacement': run.observed['displacement'].only(np.isin(np.arange(1050), every))})
+    fitted = calibrate([run], NOMINAL).fit
+    assert sound(as_rival(fitted, 'supply_lag', 1000.0, tau=0.6))
+    assert not sound(as_rival(fitted, 'supply_lag', 1000.0, tau=0.3))
 
 
 def test_a_trace_of_physics_must_be_plain(softened):

@@ -18,6 +18,7 @@ _NEARLY = 1.1  # times half the span of what an effect needs to be crossed, from
 # What begins in so many recordings within so many s after a switch (a share of the drive's span) is no chance.
 _SEVERAL, _TOGETHER, _SWITCH = 3, 2.0, 0.05
 _RESOLVED = 0.5  # of the time from sample to sample: an instant between two is known to so much
+_BEST = 0.05  # of these times are no longer, where a recording is read best
 # Times the usual drop: what may begin and end anywhere, or differs from recording to recording; and a trace of physics.
 _ANYWHERE, _FAINTLY = 2.0, 10.0
 _PLAINLY = np.log(3.0) / np.log(20.0)  # of the margin, which is odds of 20 to 1: odds of 3 to 1
@@ -112,12 +113,30 @@ def _alike_beyond_use(rival: Rival) -> bool:
 
 
 def _resolved(rival: Rival) -> bool:
-    """Whether samples resolve by how much it makes something late, where that is what it shows."""
-    late = rival.definition.delay
-    if late is None:
-        return True
-    seen = [o.apart for e in rival.fit.problem.experiments for o in e.observed.values() if o.time.size > 1]
-    return bool(late(rival.fit.muscle) >= _RESOLVED * min(seen, default=0.0))
+    """Whether samples resolve, where they lie closest, by how much it makes something late, if that is what it shows.
+
+    A clock, a lag of the supply and one of the core are held to the same: one output does not tell them apart.
+    """
+    late = _late(rival)
+    seen = [
+        o.spacing or float(np.quantile(np.diff(o.time), _BEST))
+        for e in rival.fit.problem.experiments
+        for o in e.observed.values()
+        if o.time.size > 1
+    ]
+    return late is None or bool(late >= _RESOLVED * min(seen, default=0.0))
+
+
+def _late(rival: Rival) -> float | None:
+    """By how much it makes something follow the drive, s. A clock does only where there is one output: what two of
+    them show at once, they show to less than a sample."""
+    definition, muscle, experiments = rival.definition, rival.fit.muscle, rival.fit.problem.experiments
+    if definition.delay is not None:
+        return float(definition.delay(muscle))
+    if definition.late is None or len({name for e in experiments for name in e.observed}) > 1:
+        return None
+    delay, pace = (muscle[f'{rival.effect}.{name}'] for name in definition.late[:2])
+    return float(delay + pace * max(np.ptp(e.imposed.time) for e in experiments))
 
 
 def least_drop(rival: Rival) -> float:
