@@ -9,6 +9,7 @@ one_of_linear_algebra()  # before numpy comes
 os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
 
 import domains  # noqa: E402
+import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
 os.environ.update(ROS_DOMAIN_ID=str(domains.take()), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
@@ -18,10 +19,11 @@ settings.register_profile('untimed', deadline=None)
 settings.load_profile('untimed')
 
 
-# What keeps to the clock: nothing that computes all the time may run beside it.
+# What keeps to the clock: what computes all the time goes behind it where both want a core.
 REAL_TIME = ('test/nodes/', 'test/commands/test_diagnose_closed_loop.py')
+BEHIND = 5  # of `nice`: a third of the share of what keeps to the clock
 # The longest files, of what computes and of what keeps to the clock, from the longest on: so no core waits for one of
-# them at the end, and what keeps to the clock not for minutes for the last that computes.
+# them at the end.
 LONG = (
     'diagnosis/test_on_truth', 'proof/test_alternatives', 'commands/test_campaign', 'diagnosis/test_weathered',
     'diagnosis/test_free_laws', 'proof/test_truth', 'commands/test_diagnose_faults', 'report/test_diagnosis_report',
@@ -37,5 +39,22 @@ def by_length(item):
 
 
 def pytest_collection_modifyitems(items):
-    """What keeps to the clock comes last; ``./scripts/test`` hands the files out to the cores in this order."""
+    """``./scripts/test`` hands the files out to the cores in this order, of each kind (``workers.py``)."""
     items.sort(key=lambda item: (item.nodeid.startswith(REAL_TIME), by_length(item)))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """With ``--dist=loadfile``; any other way to hand out stays as it is."""
+    if config.getvalue('dist') != 'loadfile':
+        return None
+    from workers import Scheduling
+
+    return Scheduling(config, log, REAL_TIME)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item):
+    """A worker that has begun to compute goes on with it: without rights nobody is lifted in front again."""
+    if 'PYTEST_XDIST_WORKER' in os.environ and not item.nodeid.startswith(REAL_TIME):
+        os.setpriority(os.PRIO_PROCESS, 0, max(BEHIND, os.getpriority(os.PRIO_PROCESS, 0)))

@@ -2,6 +2,7 @@
 
 import ast
 import dataclasses
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 
@@ -31,6 +32,14 @@ def changed(name: str, strength: float, form: int = 0, seed: int = 5, **body: fl
     bench = Bench.of(muscle)
     conceal(name, strength, form, muscle, np.random.default_rng(seed)).change(bench)
     return bench
+
+
+@cache
+def shown_by(protocol: str):
+    """A protocol as a lab would draw it, and what the bare muscle shows in it."""
+    rng = np.random.default_rng(3)
+    done = experiment(draw_lab(rng, Body(), plain=True), protocol, rng)
+    return done, observe(Bench.of(Body()), done)
 
 
 # What runs and judges the package; nothing of it may reach what makes recordings and labels.
@@ -233,10 +242,7 @@ def test_every_effect_that_a_suite_conceals_has_a_form_for_each_suite():
 
 @pytest.mark.parametrize(('name', 'form'), [(name, k) for name in ALL for k in range(len(EFFECTS[name].forms))])
 def test_every_effect_acts_and_grows_with_its_strength(name, form):
-    rng = np.random.default_rng(3)
-    lab = draw_lab(rng, Body(), plain=True)
-    done = experiment(lab, EFFECTS[name].shown_by[0], rng)
-    plain = observe(Bench.of(Body()), done)
+    done, plain = shown_by(EFFECTS[name].shown_by[0])
     sizes = []
     for strength in (0.0, 1.0):
         seen = observe(changed(name, strength, form), done)
@@ -311,9 +317,7 @@ def test_a_stroke_that_overshoots_comes_back_to_where_it_would_have_gone():
 
 @pytest.mark.parametrize('name', CONCEALED)
 def test_the_third_form_is_as_strong_as_the_others(name):
-    rng = np.random.default_rng(3)
-    done = experiment(draw_lab(rng, Body(), plain=True), EFFECTS[name].shown_by[0], rng)
-    plain = observe(Bench.of(Body()), done)
+    done, plain = shown_by(EFFECTS[name].shown_by[0])
     found = [max(sizes_of(observe(changed(name, 0.5, form), done), plain)) for form in range(3)]
     assert 0.4 * min(found[:2]) < found[2] < 2.5 * max(found[:2]), found
 
