@@ -146,6 +146,18 @@ HEADING = (
 )
 
 
+def required(outcomes: Sequence[Outcome]) -> str:
+    """How often what no diagnosis of these recordings may say was said, over all groups and splits."""
+    found = [f for o in outcomes for f in o.diagnosis.findings]
+    named = Counter(f.effect for f in found)
+    air, room = named['airflow'], named['ambient_drift']
+    sure = sum(f.singled_out for f in found)
+    return (
+        f'In {len(outcomes)} diagnoses `airflow` was named {air} times, `ambient_drift` {room} times, and an effect '
+        f'was singled out {sure} times.'
+    )
+
+
 def table_of_splits(outcomes: Sequence[Outcome]) -> list[str]:
     """What came out of each split of a group, as lines of markdown."""
     lines = [

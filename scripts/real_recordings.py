@@ -9,42 +9,41 @@ docs/real_recordings.md); without them the script says so and ends.
 """
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 
 import numpy as np
 from real_diagnoses import (
     HEADING,
     MOST,
-    Outcome,
     diagnose_group,
     different,
     forced_air,
     paragraphs,
-    power_of,
+    required,
     row,
     table_of_splits,
-    with_gain,
 )
+from real_figures import channel_of, draw_repeated
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, calibrate
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
 from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.report.marked import replace_marked
-from tcp_muscle_ros.report.style import AFTER, BEFORE, CHANNEL_AXIS, PREDICTED, RECORDED, canvas, save, shown
+from tcp_muscle_ros.report.style import CHANNEL_AXIS, PREDICTED, RECORDED, canvas, save, shown
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / 'docs' / 'real_recordings.md'
 IMAGES = ROOT / 'docs' / 'images'
 NOMINAL = Parameters.named('karami_tadesse_2017')
-CHANNEL = {'stroke': 'displacement', 'force': 'force'}
 
 
 @dataclass(frozen=True)
@@ -76,11 +75,6 @@ def experiments(data: Path, most: int | None = None) -> dict[str, Experiment]:
         for run in import_runs(import_map, lab_files([data / f'tca_{rig}_rig'])):
             found[run.name] = prepare(run.recording, NOMINAL, most=most)
     return found
-
-
-def channel_of(experiment: Experiment) -> str:
-    """The one output of these recordings."""
-    return next(iter(experiment.observed))
 
 
 def nrmse(calibration: Calibration, k: int) -> float:
@@ -156,74 +150,29 @@ def draw(group: Group, together: Calibration, names: list[str]) -> Path:
 def diagnoses(all_runs: dict[str, Experiment], splits: int, write: bool) -> list[str]:
     """The table of errors and what the diagnosis says of each group, as lines of markdown, and the test whose answer is
     known; with ``write`` a figure of each group."""
-    rows, lines = [], []
+    rows, lines, every = [], [], []
     for group in GROUPS:
         begun = time.monotonic()
         names = [n for n in all_runs if n.startswith(group.starts) and group.leave_out not in n]
         mine = {n: all_runs[n] for n in names}
         found = [diagnose_group(group.title, mine, NOMINAL, split) for split in different(mine, splits)]
         rows.append(row(found))
+        every += found
         lines += paragraphs(found[0])
         if len(found) > 1:
             lines += table_of_splits(found)
         if write:
-            path = draw_repeated(group, mine, found[0])
+            path = IMAGES / f'repeated_{group.title.replace(",", "").replace(" ", "_")}.png'
+            draw_repeated(mine, found[0], path)
             lines += [f'![{group.title}: runs, band, models]({path.relative_to(PAGE.parent)})', '']
         print(f'{group.title}: {time.monotonic() - begun:.0f} s', file=sys.stderr, flush=True)
     free = [run for name, run in sorted(all_runs.items()) if name.startswith('mandrel_3W_free')]
     forced = [run for name, run in sorted(all_runs.items()) if name.startswith('mandrel_3W_forced')]
-    return [HEADING, *rows, '', *lines, *forced_air(free, forced, NOMINAL)]
-
-
-def draw_repeated(group: Group, runs: dict[str, Experiment], outcome: Outcome) -> Path:
-    """Runs of the lowest and the highest power, each with its own gain, the band in which they repeat each other, and
-    the paper's model recalibrated and improved."""
-    kinds: dict[str, list[str]] = {}
-    for name in sorted(runs):
-        kinds.setdefault(power_of(name), []).append(name)
-    picked = [kinds[k] for k in (sorted(kinds)[:1] + sorted(kinds)[1:][-1:])]
-    figure, axes = canvas(1, len(picked), width=4.6 * len(picked), height=3.4)
-    for axis, names in zip(np.ravel(axes), picked, strict=True):
-        first = runs[names[0]]
-        channel = channel_of(first)
-        time_s, seen = first.observed[channel].time, first.observed[channel].value
-        since = [float(runs[n].imposed.time[np.argmax(runs[n].imposed.drive > 0.0)]) for n in names]
-        each = []
-        for name, start in zip(names, since, strict=True):
-            o = runs[name].observed[channel]
-            each.append(np.interp(time_s - since[0], o.time - start, o.value, left=np.nan, right=np.nan))
-        alike = [_to_first(values, seen) for values in each]
-        for k, values in enumerate(alike):
-            axis.plot(
-                time_s, shown(channel, values), color=RECORDED, linewidth=0.7, alpha=0.6, label='' if k else 'runs'
-            )
-        middle = np.nanmean(np.stack(alike), axis=0)
-        if outcome.floor is not None and len(names) > 1:
-            half = outcome.floor.own_gain * float(np.ptp(seen))
-            low, high = shown(channel, middle - half), shown(channel, middle + half)
-            axis.fill_between(time_s, low, high, color='#999999', alpha=0.3, linewidth=0, label='repeatability')
-        models = (
-            ('improved', outcome.diagnosis.improved, '-', AFTER),
-            ('paper, recalibrated', outcome.diagnosis.calibrated, ':', BEFORE),  # on top: often they are the same
-        )
-        for label, muscle, style, colour in models:
-            if muscle is not None:
-                course = with_gain(first.predict(muscle)[channel], np.where(np.isfinite(middle), middle, seen))
-                axis.plot(time_s, shown(channel, course), style, color=colour, linewidth=1.6, label=label)
-        axis.set_title(power_of(names[0]), fontsize=9)
-        axis.set_xlabel('time (s)')
-        axis.set_ylabel(CHANNEL_AXIS[channel])
-        axis.legend(fontsize=7, frameon=False)
-    path = IMAGES / f'repeated_{group.title.replace(",", "").replace(" ", "_")}.png'
-    save(figure, path)
-    return path
-
-
-def _to_first(values: Array, seen: Array) -> Array:
-    """A run with the gain and zero that bring it nearest to the first, where both were seen."""
-    both = np.isfinite(values)
-    gain, zero = np.linalg.lstsq(np.stack([values[both], np.ones(both.sum())], axis=1), seen[both], rcond=None)[0]
-    return np.asarray(gain * values + zero)
+    made = (
+        f'Made on {date.today()} on {os.cpu_count()} cores by `python scripts/real_recordings.py --diagnose --splits '
+        f'{splits} --write`. {required(every)}'
+    )
+    return [made, '', HEADING, *rows, '', *lines, *forced_air(free, forced, NOMINAL)]
 
 
 def main() -> int:
