@@ -16,14 +16,18 @@ from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recordi
 _ENOUGH = 200  # samples of a channel that is looked at
 _HELD = 0.05  # share of samples that repeat the one before
 _STUCK = 9  # samples
+_PLAINLY = 6.0  # times the least step of a channel: it moves on plainly from one sample to the next
+_REPEATS, _REPEATED = 5, 0.1  # repeats between two plain steps the same way, and their share of such places
 _TURNS = 0.4  # share of samples at which noise turns, at least
 _ALIKE = 0.9  # of the others differ from each other: no quantisation repeats them
-_LINE = 30.0  # times the typical line of a spectrum and those on both sides, in each quarter: a tone
+_LINE = 10.0  # times the typical line of a spectrum and those on both sides, in each quarter: a tone
+_CLIPPED = 1.5  # standard deviations of the typical second difference: beyond, as of jumps, it counts no more
 _ASIDE = (3, 6)  # lines beside one that a tone in it does not reach
 _SLOWEST_TONE = 0.5  # Hz
 _TURNS_OF_A_TONE = 4.0  # at least, in each quarter of the recording: less is how the muscle warms
 _DRIVEN = 10.0  # times the typical line of the drive's spectrum: then the tone is the drive's
-_SWITCHES = 3  # at least, at which a channel steps
+_SWITCHES = 3  # at least, at which a channel steps by the same as far as its scatter tells
+_ALIKE_STEPS, _BY_CHANCE = 1.4, 1e-3  # two steps differ by no more than this factor; how often others are as large
 _SURE = 5.0  # standard errors
 ROUNDED = 1e-9  # of a channel's largest value: less is the last bit of a number, and no instrument's
 _OFF = 0.03  # of a power or resistance, by which instruments contradict each other
@@ -48,8 +52,9 @@ def instrument_faults(recording: Recording) -> Iterator[tuple[str, str, str]]:
         yield from _held_samples(channel)
         yield from _tone(channel, drive)
         if drive is not None and len(drive) > 1 and channel.name in ('temperature', 'displacement', 'force'):
-            yield from _steps_at_switches(recording, channel, drive)
-            yield from list(_ahead(channel, drive)) or _moves_first(channel, drive)
+            first = list(_moves_first(channel, drive))  # the drive's switches are not its own then
+            steps = [] if first else list(_steps_at_switches(recording, channel, drive))
+            yield from steps or list(_ahead(channel, drive)) or first  # a step, too, is sooner than heat
     yield from _contradictions(recording)
     if drive is not None and len(drive) >= _ENOUGH:
         yield from _undersampled(drive, recording)
@@ -89,9 +94,27 @@ def _held_samples(channel: Channel) -> Iterator[tuple[str, str, str]]:
     others = channel.value[np.append(True, ~repeats)]
     turns = np.sign(np.diff(others))  # an encoder at rest repeats too: only noise turns at nearly each sample
     noisy = others.size > 20 and float(np.mean(turns[1:] * turns[:-1] < 0.0)) > _TURNS
+    told = f'{channel.name}: {100 * share:.0f} % of its samples repeat the one before to the last bit'
     if share > _HELD and noisy and np.unique(others).size > _ALIKE * others.size:
-        told = f'{channel.name}: {100 * share:.0f} % of its samples repeat the one before to the last bit'
         yield channel.name, 'held', f'{told}, though no others are alike: the logger holds a value until the next comes'
+    elif _repeats_while_it_moves(channel.value):
+        yield channel.name, 'held', f'{told}, also while it moves on: the logger holds a value until the next comes'
+
+
+def _repeats_while_it_moves(value: Array) -> bool:
+    """Whether single samples repeat the one before between two plain steps the same way.
+
+    What rests, or is read coarsely beside how fast it moves, repeats for longer or in small steps.
+    """
+    step = np.diff(value)
+    least = float(np.min(np.abs(step[step != 0.0]), initial=np.inf))
+    before, after = step[:-2], step[2:]
+    moves = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) >= _PLAINLY * least)
+    between = np.abs(step[1:-1][moves])
+    repeats = int(np.count_nonzero(between == 0.0))
+    nearly = int(np.count_nonzero((between > 0.0) & (between < 2.5 * least)))
+    # Noise that is read coarsely is by chance nearly the same as often as it is the same, to one step and to two.
+    return repeats >= max(_REPEATS, nearly) and repeats >= _REPEATED * between.size
 
 
 def _tone(channel: Channel, drive: Channel | None) -> Iterator[tuple[str, str, str]]:
@@ -117,8 +140,11 @@ def _tone(channel: Channel, drive: Channel | None) -> Iterator[tuple[str, str, s
 
 
 def _spectrum(value: Array) -> Array:
-    """Power of the second differences, by line."""
+    """Power of the second differences, by line; a jump, which has all lines, counts as what is usual."""
     bend = np.diff(value, 2)
+    usual = _CLIPPED * 1.4826 * float(np.median(np.abs(bend)))
+    if usual > 0.0:
+        bend = np.clip(bend, -usual, usual)
     return np.asarray(np.abs(np.fft.rfft(bend * np.hanning(bend.size))) ** 2 + 1e-300)
 
 
@@ -157,6 +183,7 @@ def _steps_at_switches(recording: Recording, channel: Channel, drive: Channel) -
     inside = (k > 4) & (k < len(channel) - 5)
     k, direction = k[inside], direction[inside]
     if k.size < _SWITCHES:
+        yield from _steps_alike(channel, drive, k, direction)
         return
     # The lines through four samples before and after, where they should meet: half a sample before the first after.
     before = channel.value[k[:, None] + np.arange(-4, 0)] @ _read_at(np.arange(-4, 0))
@@ -169,11 +196,41 @@ def _steps_at_switches(recording: Recording, channel: Channel, drive: Channel) -
     )
     rounding = ROUNDED * float(np.max(np.abs(channel.value)))
     if abs(size) > _SURE * scatter / np.sqrt(k.size) and abs(size) > max(3.0 * usual, bend, rounding):
-        unit = {'temperature': (1.0, 'K'), 'displacement': (1e3, 'mm'), 'force': (1.0, 'N')}[channel.name]
-        told = (
-            f'{channel.name}: steps by {size * unit[0]:+.3g} {unit[1]} at each of {k.size} switches of the {drive.name}'
+        yield _responds(channel, drive, size, k.size)
+
+
+def _steps_alike(
+    channel: Channel, drive: Channel, k: NDArray[np.int_], direction: Array
+) -> Iterator[tuple[str, str, str]]:
+    """The same at two switches, up at one and down at the other: both by nearly the same, and by more than at the
+    samples beside them and than nearly all other samples are. A motion that begins or turns at a switch goes on."""
+    if k.size < _SWITCHES - 1:
+        return
+    step = np.diff(channel.value)  # from the sample before the k-th to it: its place is k - 1
+    about = np.arange(1, step.size - 2)
+    steps, stands_out = {}, {}
+    for way in (1.0, -1.0):
+        steps[way] = way * step[about]
+        stands_out[way] = steps[way] - np.maximum(np.max([way * step[about + n] for n in (-1, 1, 2)], axis=0), 0.0)
+    apart = np.min(np.abs(about[:, None] + 1 - k), axis=1) > 1
+    others = np.maximum(stands_out[1.0], stands_out[-1.0])[apart]
+    usual = max(float(np.median(np.abs(np.diff(step)))), ROUNDED * float(np.max(np.abs(channel.value))))
+    for sign in (1.0, -1.0):
+        # The motion that begins or turns in between is within each of these steps: all of its speed, or none.
+        most, least = (
+            np.array([of[sign * way][n - 2] for n, way in zip(k, direction, strict=True)]) for of in (steps, stands_out)
         )
-        yield channel.name, 'switch', f'{told}, faster than heat: the instrument responds to the {drive.name}'
+        chance = (1.0 + np.count_nonzero(others >= least.min())) / others.size
+        alike = least.max() < _ALIKE_STEPS * most.min()
+        if least.min() > _SURE * usual and alike and chance**k.size < _BY_CHANCE:
+            yield _responds(channel, drive, 0.5 * sign * float(least.max() + most.min()), k.size)
+
+
+def _responds(channel: Channel, drive: Channel, size: float, switches: int) -> tuple[str, str, str]:
+    """A channel that steps at the switches of the drive, by so much (SI) where it comes on."""
+    factor, unit = {'temperature': (1.0, 'K'), 'displacement': (1e3, 'mm'), 'force': (1.0, 'N')}[channel.name]
+    told = f'{channel.name}: steps by {size * factor:+.3g} {unit} at each of {switches} switches of the {drive.name}'
+    return channel.name, 'switch', f'{told}, faster than heat: the instrument responds to the {drive.name}'
 
 
 def _read_at(places: NDArray[np.int_], at: float = -0.5) -> Array:

@@ -168,12 +168,13 @@ def heated(*, resistance, missing=(0.0, 0.0)):
     after, before = missing
     there = ~((after <= TIME) & (before >= TIME))
     flows = there & on & resistance(TIME)
+    noise = 0.01 * np.random.default_rng(4).standard_normal(TIME.size)
     return Recording(
         'bag',
         {
             'current': Channel('current', TIME[there], 0.2 * on[there], 'current'),
             'temperature': Channel('temperature', TIME[there], temperature()[there], 'temperature'),
-            'resistance': Channel('resistance', TIME[flows], 14.0 + 0.01 * np.sin(37.0 * TIME[flows]), 'resistance'),
+            'resistance': Channel('resistance', TIME[flows], 14.0 + noise[flows], 'resistance'),
         },
         0,
     )

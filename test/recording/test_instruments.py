@@ -98,6 +98,45 @@ def test_what_moves_before_its_only_heating_is_of_another_clock(seen):
     assert named(heated_once(0.0, **seen)) == {} and named(heated_once(-2.0, **seen)) == {}
 
 
+def stroke(jumps=0.0):
+    """One heating as ``heated_once`` has it, by an encoder of 9 um; ``jumps``: it rests and jumps by so much (m)."""
+    seen = heated_once(noise=0.0)
+    value = seen['displacement'].value
+    value = np.round(value / jumps) * jumps if jumps else value
+    return changed(seen, 'displacement', lambda t, _: (t, np.round(value / 9e-6) * 9e-6))
+
+
+@pytest.mark.parametrize('jumps', [0.0, 2e-3])
+def test_duplicates_of_an_encoder_are_named_where_it_moves_on(jumps):
+    """At rest it repeats without end, and what sticks rests: a logger that holds a value does so while it moves."""
+    assert named(stroke(jumps)) == {}
+    assert set(named(changed(stroke(), 'displacement', held))) == {('displacement', 'held')}
+
+
+def test_noise_that_is_read_coarsely_repeats_by_chance():
+    rng = np.random.default_rng(3)
+    time = np.arange(4000) / 20.0
+    value = np.round((300.0 + 0.2 * time + 1.0 * rng.standard_normal(4000)) / 0.1) * 0.1
+    assert named(driven(time, np.zeros(4000), outputs={'temperature': value})) == {}
+
+
+@pytest.mark.parametrize('jumps', [0.0, 1e-3])
+def test_a_step_at_each_of_two_switches_is_named(jumps):
+    power = stroke()['power']
+
+    def picks_up(time, value):
+        return time, value + 3e-3 * (power.value > 0.0)
+
+    found = named(changed(stroke(jumps), 'displacement', picks_up))
+    assert set(found) == {('displacement', 'switch')}
+    assert 'mm at each of 2 switches of the power' in found['displacement', 'switch']
+
+
+def test_a_tone_is_named_beside_jumps():
+    wave = changed(stroke(1e-3), 'displacement', lambda t, v: (t, v + 5e-4 * np.sin(2 * np.pi * 1.7 * t)))
+    assert set(named(wave)) == {('displacement', 'tone')}
+
+
 def test_a_channel_that_drifts_while_it_rests_does_not_move_before_its_heating():
     for drift in (1e-5, 1e-4, -1e-4):
         assert named(heated_once(drift=drift)) == {}
