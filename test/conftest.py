@@ -25,8 +25,9 @@ BEHIND = 5  # of `nice`: a third of the share of what keeps to the clock
 # The longest files, of what computes and of what keeps to the clock, from the longest on: so no core waits for one of
 # them at the end.
 LONG = (
-    'diagnosis/test_on_truth', 'proof/test_alternatives', 'commands/test_campaign', 'diagnosis/test_weathered',
-    'diagnosis/test_free_laws', 'proof/test_truth', 'commands/test_diagnose_faults', 'report/test_diagnosis_report',
+    'diagnosis/test_on_truth', 'proof/test_truth', 'diagnosis/test_weathered', 'commands/test_campaign',
+    'diagnosis/test_free_laws', 'proof/test_alternatives', 'diagnosis/test_in_words', 'commands/test_diagnose_faults',
+    'diagnosis/test_selection', 'report/test_diagnosis_report', 'diagnosis/test_run_to_run', 'diagnosis/test_search',
     'nodes/test_runner', 'nodes/test_kills', 'nodes/test_sim_node', 'nodes/test_many_muscles',
     'nodes/test_controller_node', 'nodes/test_twin_adoption', 'nodes/test_faults', 'nodes/test_recorder',
     'nodes/test_twin_node', 'nodes/test_lockstep', 'commands/test_diagnose_closed_loop', 'nodes/test_tracking_nodes',
