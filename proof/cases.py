@@ -11,8 +11,9 @@ from proof.recordings import Noise, draw_noise
 from proof.truth import EFFECTS, Bench, Body, Concealed, Experiment, Signals, conceal, draw_body, observe
 
 # The number of the form that an effect takes. 'varied' is for development too: what is tuned on one form alone is tuned
-# to that form.
-SUITES = {'development': 0, 'sealed': 1, 'varied': 2}
+# to that form. On 'outside' nothing is tuned, and the weights of the probabilities are fitted: a diagnosis is surer of
+# forms that it was tuned on than of those that it meets.
+SUITES = {'development': 0, 'sealed': 1, 'varied': 2, 'outside': 3}
 FULL = {'single': 120, 'double': 60, 'triple': 20, 'null': 100, 'decoy': 80, 'unlisted': 20, 'ambiguous': 30}
 
 INVISIBLE = ('contact_resistance',)  # on one muscle
@@ -27,6 +28,7 @@ UNLISTED = (
     ('periodic_friction', 'stiffness_switch', 'rate_stroke', 'peltier', 'varistor'),
     ('current_stroke', 'self_resonance', 'resistance_jump', 'boiling_film', 'other_logger', 'cubic_softening'),
     ('seebeck_voltage', 'hunting_supply', 'touching_rail', 'slow_stroke', 'sticky_turns', 'loosening_bead'),
+    ('healing_coat', 'pressed_to_guide', 'worked_soft', 'overloaded_turns', 'aliased_hum'),
 )
 # Unlisted too, of the kind that a curve over one quantity could describe. No suite draws from it.
 EXPRESSIBLE = (

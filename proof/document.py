@@ -49,7 +49,7 @@ ones, the noise is coloured, the time stamps are irregular, and samples are lost
 A *null* is a muscle without missing physics. A *decoy* has a fault of a sensor, coloured noise or wrong parameters, and
 no missing physics. An *unlisted* effect is not in the catalogue. The *sealed* suite is used for no tuning: the
 SHA-256 of its labels is printed and logged (`proof/sealed_runs.jsonl`) before anything is diagnosed. The diagnosis is
-tuned on the suites `development` and `varied`, which have other seeds and the other two of three forms of each effect.
+tuned on the suites `development` and `varied`, which have other seeds and two of the other forms of each effect.
 
 A rate is given with its 95 % interval after Wilson. An effect is *detectable* if it remains above the noise after the
 paper's parameters are fitted again (1 sigma over 10 s, and 10 whitened). Rates of naming count detectable effects only.

@@ -8,7 +8,8 @@ python -m proof.probability RUN [RUN ...] --document      docs/probabilities.md 
 A RUN is a folder of ./scripts/prove after its phases `generate` and `diagnose`. A finding is right where its effect is
 among those that were concealed; a law without a name, where an effect that is not listed was concealed in its stage. A
 verdict that names nothing is right where nothing was concealed that could be seen; `unexplained`, where anything was.
-Weights are never fitted to a sealed suite.
+Weights are never fitted to a sealed suite. The suite `outside` is there for them: the diagnosis was tuned on the forms
+of `development` and `varied`, so what it says of these is right more often than elsewhere.
 """
 
 import argparse
@@ -276,7 +277,7 @@ def main(arguments: list[str] | None = None) -> int:
     runs = [run.name for run in chosen.runs]
     try:
         if chosen.fit and any(name.startswith('sealed') for name in runs):
-            raise BadInput('--fit: weights are never fitted to a sealed suite; expected development or varied ones')
+            raise BadInput('--fit: weights are never fitted to a sealed suite; expected development, varied or outside')
         judged = [one for run in chosen.runs for one in read_run(run, doubtful=chosen.fit)]
     except BadInput as mistake:
         print(f'proof.probability: {mistake}', file=sys.stderr)

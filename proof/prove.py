@@ -3,6 +3,7 @@
 ./scripts/prove                   the sealed suite of 430 cases, written to docs/proof.md
 ./scripts/prove --cases 20        a sample of the development suite, whose forms may be looked at
 ./scripts/prove --cases 20 --suite varied   the same with the third form of each effect, which may be looked at too
+./scripts/prove --cases 20 --suite outside  with the fourth forms, on which nothing is tuned (the weights are fitted)
 ./scripts/prove --phase diagnose  one of the phases; every phase goes on where it was stopped
 
 The seed of a sealed suite is drawn when it is generated and stands nowhere but in its labels. Their SHA-256 is printed

@@ -198,8 +198,8 @@ def visibility(case: Case, signals: list[Signals]) -> list[dict[str, Any]]:
 def _likeness(case: Case, refit: Refit, left: list[Array]) -> float:
     """The best cosine with what the partner leaves, over a few draws of it."""
     best = 0.0
-    # a case of the third form is compared with the partner's third as well
-    for k, form in enumerate((0, 1, 0, 1, *((2, 2) if case.form == 2 else ()))):
+    # a case of the third or fourth form is compared with the partner's third or fourth as well
+    for k, form in enumerate((0, 1, 0, 1, *((case.form, case.form) if case.form > 1 else ()))):
         rng = case.rng(500 + k)
         bench = Bench.of(case.lab.body)
         conceal(case.partner, float(rng.uniform(0.3, 0.8)), form, case.lab.body, rng).change(bench)

@@ -2,13 +2,14 @@
 
 Each effect is one function: it draws its numbers for a strength between 0 (barely visible) and 1 (obvious), within the
 ranges of the catalogue in physics.md part 2 (a little below 0: weaker than these), and says how the bench is changed.
-An effect has three forms, none of them the catalogue's own: the first is for development, the second for the sealed
-suite, the third for another development suite, so that what is tuned is not tuned on one form alone. An effect that no
-catalogue holds has one form and belongs to one suite at most.
+An effect has four forms, none of them the catalogue's own: the first is for development, the second for the sealed
+suite, the third for another development suite, so that what is tuned is not tuned on one form alone. The fourth
+(`outside.py`, `outside_heat.py`, `outside_bench.py`) is one that nothing is tuned on: the probabilities of findings are
+weighed on it. An effect that no catalogue holds has one form and belongs to one suite at most.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class Draw:
 
     rng: np.random.Generator
     strength: float
-    form: int  # 0, 1 or 2
+    form: int  # 0, 1, 2 or 3
     body: Body
 
     def between(self, weak: float, strong: float) -> float:
@@ -79,6 +80,19 @@ def effect(
 
     def enter(draw: Callable[[Draw], Outcome]) -> Callable[[Draw], Outcome]:
         EFFECTS[name] = Effect(name, stage, forms, shown_by, draw, listed)
+        return draw
+
+    return enter
+
+
+def fourth(name: str, form: str) -> Callable[[Callable[[Draw], Outcome]], Callable[[Draw], Outcome]]:
+    """Enter the decorated function as the fourth form of an effect that has three."""
+
+    def enter(draw: Callable[[Draw], Outcome]) -> Callable[[Draw], Outcome]:
+        known = EFFECTS[name]
+        EFFECTS[name] = replace(
+            known, forms=(*known.forms, form), draw=lambda d: draw(d) if d.form == 3 else known.draw(d)
+        )
         return draw
 
     return enter

@@ -12,7 +12,7 @@ from proof.truth.thermal import ornstein_uhlenbeck
 
 
 @njit(cache=True)
-def _poles(time: Array, T: Array, tau: Array) -> Array:
+def lagged(time: Array, T: Array, tau: Array) -> Array:
     """A chain of first-order lags; each input taken as straight between ticks."""
     y = T.copy()
     for pole in tau:
@@ -78,7 +78,7 @@ def thermocouple_lag(d: Draw) -> Outcome:
 
     def late(time: Array, T: Array, recording: int) -> Array:
         if d.form == 0:
-            return _poles(time, T, poles)
+            return lagged(time, T, poles)
         # a bead that is held loosely is heated by the coil around it and cooled by the air alone
         return _bead(time, T, tau * 0.8) if d.form == 1 else _one_sided(time, T, 0.7 * tau, 1.2 * tau)
 

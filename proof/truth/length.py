@@ -53,6 +53,8 @@ def pull(p: Plant, s: State, m: Arrays, rest: float, blocked: bool) -> None:
             s.cracked += (s.H - s.longest) / 0.05
         elif old < s.H:
             s.cracked += (s.H - old) / 0.05 * 0.3
+    else:
+        s.loose = s.H
     s.longest = max(s.longest, s.H)
 
 
@@ -72,6 +74,8 @@ def _swing(p: Plant, s: State, m: Arrays, rest: float) -> None:
         if p.mass == 3:  # relaxes as quickly as it swings; as much is lost in a swing as by the others
             s.damped += s.h / SWINGS * (s.V - s.damped * math.sqrt(stiff / kg))
             drag = 4.0 * p.mass_damping * stiff * s.damped
+        elif p.mass == 4:
+            drag = 2.0 * p.mass_damping * math.sqrt(stiff * kg) * s.V + kg * _loose(p, s, stiff / kg)
         else:
             drag = 2.0 * p.mass_damping * math.sqrt(stiff * kg) * s.V + p.mass_drag * abs(s.V) * s.V
         tension = _tension(p, stiff, s.H - rest) - of_H(p.stop, s.H) + _rub_force(p, m.rubbing, s.H - old, s.F)
@@ -80,9 +84,24 @@ def _swing(p: Plant, s: State, m: Arrays, rest: float) -> None:
 
 
 @njit(cache=True)
+def _loose(p: Plant, s: State, square: float) -> float:
+    """What a part of the mass that hangs from the rest by a hook of its own holds it back with, N per kg of all.
+
+    ``square``: (rad/s)^2 of the swing of all.
+    """
+    pace = p.loose_pace * math.sqrt(square)
+    pulled = pace**2 * (s.H - s.loose) + 2.0 * p.mass_damping * pace * (s.V - s.loose_v)
+    s.loose_v += s.h / SWINGS * pulled
+    s.loose += s.h / SWINGS * s.loose_v
+    return p.loose_share * pulled
+
+
+@njit(cache=True)
 def _rub_force(p: Plant, state: Array, step: float, F: float) -> float:
     """Friction under a load F after moving by `step`, N, positive when lengthening."""
     grip = F / 0.6 if p.rub == 3 else 1.0
+    if p.rub == 4:  # some of it whatever hangs on it
+        grip = 0.4 + F
     force = 0.0
     for j in range(len(state)):
         force += p.rub_limit[j] * _rubbed(p, state[j], step / p.rub_reach[j])
@@ -97,6 +116,9 @@ def _rubbed(p: Plant, state: float, way: float) -> float:
     if p.rub == 3:  # the square of what is left: quick at first, then slower than Dahl
         left = 1.0 - goal * state
         return goal * (1.0 - left / (1.0 + left * abs(way)))
+    if p.rub == 4:  # Bouc and Wen with the exponent 2: 1 - state^2 a way
+        way = min(1.0 - 1e-9, max(1e-9 - 1.0, math.tanh(way)))
+        return min(1.0 - 1e-6, max(1e-6 - 1.0, (state + way) / (1.0 + state * way)))
     return min(1.0, max(-1.0, state + way))  # an element of a Maxwell slip chain
 
 

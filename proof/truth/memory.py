@@ -35,7 +35,10 @@ def remembered(p: Plant, s: State, m: Arrays) -> float:
     if p.phase_stroke > 0.0:
         s.phase = _phase(p, s.phase, s.before, mean)
         inside -= p.phase_stroke * (s.phase - of_T(p.loop_centre, mean))
-    if p.branch > 0:
+    if p.branch == 4:
+        _lens(p, s)
+        inside += s.branch
+    elif p.branch > 0:
         _branch(p, s, dT)
         inside += s.branch
     if p.surge != 0.0:
@@ -59,6 +62,8 @@ def _flow(p: Plant, s: State) -> None:
         pull = max(F - p.flow_scale, 0.0) / (0.6 - p.flow_scale)
         barrier = p.flow_heat * 90.0**2  # K; the same slope at 60 degC
         s.flowed += s.h * p.flow_rate * pull * math.exp(barrier * (1.0 / 90.0 - 1.0 / max(mean + 30.0, 10.0)))
+    elif p.flow == 4:  # a fluidity that rises straight from the glass transition on; the same slope at 60 degC
+        s.flowed += s.h * p.flow_rate * (F / 0.6) ** p.flow_scale * max(1.0 + p.flow_heat * (mean - 60.0), 0.0)
 
 
 @njit(cache=True, inline='always')
@@ -71,7 +76,10 @@ def _torque(p: Plant, s: State) -> float:
 def _twist(p: Plant, s: State) -> None:
     """An end that gives way to the torque beyond its grip."""
     torque = _torque(p, s)
-    if torque > p.twist_grip:
+    if p.twist_log > 0.0:  # over barriers (Eyring) that each turn makes higher: as the logarithm of time
+        pull = math.sinh(2.0 * torque) / math.sinh(2.0) * math.exp(-s.turned / (p.twist_log * p.twist))
+        s.turned += s.h * p.twist / p.twist_tau * pull
+    elif torque > p.twist_grip:
         s.turned += s.h * p.twist / p.twist_tau * (torque - p.twist_grip) / (1.0 - p.twist_grip)
     elif torque < 0.3 * p.twist_grip:
         s.turned -= s.h * s.turned / (4.0 * p.twist_tau)
@@ -197,11 +205,40 @@ def _branch(p: Plant, s: State, dT: float) -> None:
     s.branch = min(s.branch, top)
 
 
+@njit(cache=True)
+def _lens(p: Plant, s: State) -> None:
+    """A way back that leaves the way there with the distance from the turn and meets it again where both began.
+
+    A parabola, as Rayleigh's loops have it (1887). A way that turns inside goes straight to where its goal lies, at the
+    turn above or at the start below, so that no step of time decides anything.
+    """
+    start, T, before = p.branch_from, s.mean, s.before
+    if start >= T:
+        s.branch, s.crest = 0.0, start
+    elif before < T:
+        s.branch = 0.0 if s.crest <= T else s.branch * (s.crest - T) / (s.crest - before)
+        s.crest = max(s.crest, T)
+    elif before > T:
+        s.crest = max(s.crest, before)
+        behind = _bulge(p, s.crest, before) - s.branch
+        s.branch = _bulge(p, s.crest, T) - behind * (T - start) / (before - start)
+
+
+@njit(cache=True)
+def _bulge(p: Plant, crest: float, T: float) -> float:
+    """The whole lens at T (degC) on the way down from ``crest``, m."""
+    start = p.branch_from
+    return p.branch_share * (of_T(p.free, start) - of_T(p.free, T)) * (crest - T) / (crest - start)
+
+
 @njit(cache=True, inline='always')
 def _frozen(p: Plant, s: State, m: Arrays) -> float:
     """What heat has not yet set free, m."""
     frozen = 0.0
-    if p.fixed > 0.0:
+    if p.fixed_way > 0.0:
+        s.freed += max(s.mean - s.before, 0.0)
+        frozen = p.fixed * math.exp(-s.freed / p.fixed_way)
+    elif p.fixed > 0.0:
         s.peak = max(s.peak, s.mean)
         frozen = p.fixed * math.exp(-(((s.peak - s.fixed_from) / p.fixed_span) ** 2))
     for j in range(len(m.left)):

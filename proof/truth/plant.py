@@ -64,23 +64,25 @@ class Plant(NamedTuple):
     profile: Array = NONE  # hA factor along the coil (empty: 1)
     # electrical
     contact: float = 0.0  # ohm in the crimps
-    supply: int = 0  # 1: two poles, 2: slew limit, 3: a loop that overshoots
+    supply: int = 0  # 1: two poles, 2: slew limit, 3: a loop that overshoots, 4: it gives sooner than it takes
     supply_rate: float = 0.0  # 1/s; slew: full scale per second; loop: rad/s
     supply_damping: float = 0.5  # of the loop
-    ageing: int = 0  # 1: parabolic oxidation, 2: cracks per stretch, 3: electromigration
+    # 1: parabolic oxidation, 2: cracks per stretch, 3: electromigration, 4: thermal cycling, 5: heals under current
+    ageing: int = 0
     ageing_rate: float = 0.0
+    ageing_tau: float = 30.0  # s, of what heals
     # thermal
     emission: float = 0.0  # eps A, m2, at 60 degC
     emission_rise: float = 0.0  # 1/K
     wall_offset: float = 0.0  # K
-    motion: int = 0  # 1: power of still and moving air, 2: square root, 3: mixed convection
+    motion: int = 0  # 1: power of still and moving air, 2: square root, 3: mixed convection, 4: air that goes along
     motion_gain: float = 0.0  # at 10 mm/s
     latent: float = 0.0  # J, kinetic order-disorder
     latent_at: float = 60.0
     latent_width: float = 3.0
     latent_tau: float = 1.0
     latent_cooler: float = 0.0  # K, how much lower the way back lies
-    water: int = 0  # 1: two populations, 2: diffusion through rings, 3: vapour pressure at the surface
+    water: int = 0  # 1: two populations, 2: diffusion through rings, 3: vapour pressure at the surface, 4: Elovich
     water_share: float = 0.0  # kg/kg at the start
     water_tau: float = 10.0  # s at 60 degC
     water_mass: float = 1e-4  # kg of polymer
@@ -88,10 +90,12 @@ class Plant(NamedTuple):
     elastocaloric_loss: float = 0.0  # share that does not come back on unloading
     elastocaloric_late: float = 0.0  # share of the heat that comes late
     elastocaloric_tau: float = 1.0  # s, how late
+    elastocaloric_power: float = 0.0  # of the load relative to 0.6 N
+    load_loss: float = 0.0  # share of hA that 0.6 N more add
     # mechanical
     creep: Array = NONE  # compliances relative to 1/k
     creep_tau: Array = NONE  # s at 50 degC
-    flow: int = 0  # 1: Eyring, 2: power law with hardening, 3: Bingham
+    flow: int = 0  # 1: Eyring, 2: power law with hardening, 3: Bingham, 4: Norton's power, above the glass alone
     flow_rate: float = 0.0  # m/s at 0.6 N and 60 degC
     flow_heat: float = 0.05  # 1/K
     flow_scale: float = 0.4  # N (Bingham: the yield load), or the exponent
@@ -99,6 +103,7 @@ class Plant(NamedTuple):
     relay_down: Array = NONE
     relay_weight: Array = NONE
     relay_stroke: float = 0.0  # m
+    relay_cooled: int = 0  # 1: they have come down from the heat, else up from the cold
     wall_stroke: float = 0.0  # m, of domains whose walls are held up where they are
     wall_at: float = 55.0  # degC, where as many have turned as have not
     wall_half: float = 5.0  # K, by how much held walls put it off at most
@@ -109,7 +114,7 @@ class Plant(NamedTuple):
     phase_at: float = 55.0
     phase_half: float = 5.0  # K, from the middle to either
     phase_width: float = 7.0  # K
-    branch: int = 0  # 1: exponential approach, 2: saturating, 3: play between two curves
+    branch: int = 0  # 1: exponential approach, 2: saturating, 3: play between two curves, 4: a lens from the turn
     branch_share: float = 0.0
     branch_from: float = 50.0
     branch_path: float = 6.0  # K
@@ -119,13 +124,16 @@ class Plant(NamedTuple):
     frozen_sharp: float = 1.0  # 1/K
     fixed: float = 0.0  # m, set free by the highest temperature so far
     fixed_span: float = 15.0  # K
-    fatigue: int = 0  # 1: power of the dose, 2: saturating, 3: a dose that counts hot ways more
+    fixed_way: float = 0.0  # K of warming, all of it added up, that leave one part in e (0: the highest counts)
+    fatigue: int = 0  # 1: power of the dose, 2: saturating, 3: a dose that counts hot ways more, 4: growing cracks
     fatigue_share: float = 0.0
     fatigue_shape: float = 0.3
-    mass: int = 0  # 1: linear damping, 2: drag on top, 3: a damper that relaxes
+    mass: int = 0  # 1: linear damping, 2: drag on top, 3: a damper that relaxes, 4: a part of it hangs loose
     mass_damping: float = 0.05
     mass_drag: float = 0.0  # N s2/m2
-    rub: int = 0  # 1: Dahl, 2: Maxwell slip elements, 3: a pulley, whose limits go with the load
+    loose_share: float = 0.0  # of the mass
+    loose_pace: float = 1.0  # of its own swing relative to that of all
+    rub: int = 0  # 1: Dahl, 2: Maxwell slip elements, 3: a pulley, whose limits go with the load, 4: Bouc and Wen
     rub_limit: Array = NONE  # N (pulley: under 0.6 N)
     rub_reach: Array = NONE  # m
     twist: float = 0.0  # m at 0.6 N, 70 degC
@@ -138,6 +146,7 @@ class Plant(NamedTuple):
     twist_clamp: float = 0.25  # share of the grip under 0.6 N that is the clamp's, whatever hangs on it
     twist_uphill: float = 2.0  # how much more the grip resists turning back
     twist_rested: float = 3.0  # s at 70 degC by which it has relaxed before anything is measured
+    twist_log: float = 0.0  # turns of `twist` that make the next harder by one part in e (0: none does)
     # in no catalogue
     peltier: float = 0.0  # V
     varistor: float = 0.0  # share at 0.27 A
@@ -156,6 +165,9 @@ class Plant(NamedTuple):
     rail_loss: float = 0.01  # W/K from the rail to the room
     surge: float = 0.0  # m/K, contraction with a change of temperature that is soon forgotten
     surge_tau: float = 20.0  # s
+    worked_soft: float = 0.0  # share of the stiffness that motion takes away
+    worked_tau: float = 20.0  # s in which rest gives it back
+    overload: float = 0.0  # share of the stroke that a load 1 N above 0.3 N costs from then on
 
 
 # The columns of what `run` returns.

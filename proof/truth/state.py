@@ -27,6 +27,9 @@ _NUMBERS = (
     *('way', 'aligned', 'aligned_turned', 'holding', 'furthest'),
     # a stroke that rings, a damper that relaxes, and the changes of temperature that are not yet forgotten (K)
     *('ring', 'ring_v', 'damped', 'surge'),
+    # where it turned to cool (degC), all of its warming so far (K), a part that hangs loose (m, m/s), how much motion
+    # has worked it (share), the largest load so far (N)
+    *('crest', 'freed', 'loose', 'loose_v', 'worked', 'heaviest'),
 )
 STATE = np.dtype([*((name, np.float64) for name in _NUMBERS), ('first', np.bool_), ('ring_on', np.bool_)])
 State = Any  # a record of STATE
@@ -55,7 +58,7 @@ def begin(p: Plant, ambient: float, warm: float, load: float, dose: float) -> tu
         T,
         *(np.empty_like(T) for _ in range(3)),
         np.zeros(len(p.rub_limit)),
-        np.zeros(len(p.relay_up)),
+        np.full(len(p.relay_up), 1.0 if p.relay_cooled > 0 else 0.0),
         np.ones(len(p.frozen)),
         np.zeros(len(p.creep)),
         np.full(6, p.water_share),

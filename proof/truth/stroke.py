@@ -22,6 +22,9 @@ def drive_stroke(p: Plant, s: State, m: Arrays) -> float:
     s.dose += abs(dT) / 114.0 * (2.7 * ((s.mean - p.T0) / 57.0) ** 2 if p.fatigue == 3 else 1.0)
     thermal *= look(p.gain, s.F / F_STEP)
     thermal = _tired(p, s, thermal)
+    if p.overload != 0.0:
+        s.heaviest = max(s.heaviest, s.F)
+        thermal *= 1.0 - p.overload * max(s.heaviest - 0.3, 0.0)
     if p.rate_stroke != 0.0:
         thermal *= 1.0 - p.rate_stroke * abs(s.warming) / (abs(s.warming) + 1.0)
     if p.resonance != 0.0:
@@ -29,6 +32,9 @@ def drive_stroke(p: Plant, s: State, m: Arrays) -> float:
     s.stiff = p.k0 / supple
     if s.now >= p.switch_time:
         s.stiff *= 1.0 - p.switch_stiffness
+    if p.worked_soft != 0.0:
+        s.worked += s.h * (s.speed / 0.004 * (1.0 - s.worked) - s.worked / p.worked_tau)
+        s.stiff *= 1.0 - p.worked_soft * min(s.worked, 1.0)
     return thermal
 
 
@@ -61,6 +67,9 @@ def _tired(p: Plant, s: State, thermal: float) -> float:
         return thermal * (1.0 - p.fatigue_share * p.fatigue_shape * (1.0 - math.exp(-s.dose / p.fatigue_shape)))
     if p.fatigue == 3:
         return thermal * max(1.0 - p.fatigue_share * s.dose, 0.2)
+    if p.fatigue == 4:  # the further the cracks have grown, the faster they grow
+        grown = p.fatigue_shape * (math.exp(s.dose / p.fatigue_shape) - 1.0)
+        return thermal * max(1.0 - p.fatigue_share * grown, 0.2)
     return thermal
 
 

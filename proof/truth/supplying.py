@@ -45,6 +45,9 @@ def supply(p: Plant, s: State, asked: float) -> None:
         s.pole2 += h * s.pole1
         if s.pole2 < 0.0:  # it gives nothing the other way round
             s.pole1 = s.pole2 = 0.0
+    elif p.supply == 4:  # a capacitor that the supply fills and the muscle alone empties
+        pace = p.supply_rate / (0.4 if asked > s.pole2 else 1.6)
+        s.pole2 = asked + (s.pole2 - asked) * math.exp(-h * pace)
     else:
         s.pole2 = asked
 
@@ -60,5 +63,11 @@ def age(p: Plant, s: State) -> None:
     elif p.ageing == 3:
         s.oxide += s.h * (s.i / 0.25) ** 2 * math.exp((s.mean - 60.0) / 20.0)
         s.aged = 1.0 + p.ageing_rate * s.oxide / 180.0
+    elif p.ageing == 4 and not s.first:  # Coffin and Manson: a cycle costs the square of its height
+        s.oxide += abs(s.mean - s.before) / 57.0 * max(s.mean - p.T0, 0.0) / 57.0
+        s.aged = 1.0 + 0.9 * p.ageing_rate * s.oxide**0.6
+    elif p.ageing == 5:
+        s.oxide += s.h * ((s.i / 0.25) ** 2 - s.oxide) / p.ageing_tau
+        s.aged = 1.0 - p.ageing_rate * s.oxide
     if p.switch_resistance != 0.0 and s.now >= p.switch_time:
         s.aged = 1.0 + p.switch_resistance

@@ -31,12 +31,17 @@ def warm_up(p: Plant, s: State, m: Arrays, ohm: float, still: bool) -> None:
 def _air(p: Plant, s: State) -> float:
     """The factor of hA for wind, length and motion."""
     air = s.wind * of_H(p.area, s.H)
+    if p.load_loss != 0.0:
+        air *= max(1.0 + p.load_loss * (s.F / 0.6 - 1.0), 0.2)
     if p.motion == 1:
         air *= (1.0 + (s.speed / 0.01) ** 2) ** math.log2(1.0 + p.motion_gain)
     elif p.motion == 2:
         air *= 1.0 + p.motion_gain * math.sqrt(s.speed / 0.01)
     elif p.motion == 3:  # Churchill's cubes of a free and a forced part
         air *= (1.0 + ((1.0 + p.motion_gain) ** 3 - 1.0) * (s.speed / 0.01) ** 1.5) ** (1.0 / 3.0)
+    elif p.motion == 4:  # as the square of a slow motion; the air goes along with a quick one
+        square = (s.speed / 0.01) ** 2
+        air *= 1.0 + 2.5 * p.motion_gain * square / (square + 1.5)
     return air
 
 
@@ -133,6 +138,8 @@ def _elastocaloric(p: Plant, s: State, m: Arrays) -> None:
     warm = -p.elastocaloric * (s.mean + KELVIN) * slope * (s.F - s.F_prev) / p.C
     if s.F_prev > s.F:
         warm *= 1.0 - p.elastocaloric_loss
+    if p.elastocaloric_power > 0.0:
+        warm *= max((s.F + s.F_prev) / 1.2, 0.0) ** p.elastocaloric_power
     s.heat_to_come += p.elastocaloric_late * warm
     warm *= 1.0 - p.elastocaloric_late
     for a in range(m.T.shape[0]):
@@ -159,6 +166,13 @@ def _dry(p: Plant, water: Array, T: float, h: float) -> float:
     if p.water == 3:  # the surface's pressure against the room's; a little water is held tighter than much
         held = water[0] / p.water_share
         water[0] -= h * p.water_share / p.water_tau * (held * abs(held) * _vapour(T) - _vapour(23.0))
+        return water[0]
+    if p.water == 4:  # Elovich: each that has left makes the next harder to move; it comes back slowly
+        gone = 1.0 - water[0] / p.water_share
+        if water[0] > goal:
+            water[0] = max(goal, water[0] - h * 1.5 * quick * p.water_share * math.exp(-3.0 * gone))
+        else:
+            water[0] += h * (goal - water[0]) / (5.0 * p.water_tau)
         return water[0]
     total = 0.0
     outer = goal  # rings of equal width, the outermost in balance with the air

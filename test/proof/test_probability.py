@@ -109,6 +109,13 @@ def test_weights_are_never_fitted_to_a_sealed_suite(run, capsys):
     assert 'never fitted to a sealed suite' in capsys.readouterr().err
 
 
+def test_weights_may_be_fitted_to_the_suite_outside(run, capsys):
+    outside = run.parent / 'outside-100'
+    run.rename(outside)
+    assert main([str(outside), '--fit']) == 0
+    assert 'constant: ' in capsys.readouterr().out
+
+
 def test_what_is_no_run_is_said_in_one_line(tmp_path, capsys):
     assert main([str(tmp_path)]) == 2
     assert 'expected a folder of ./scripts/prove' in capsys.readouterr().err

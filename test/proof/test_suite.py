@@ -68,12 +68,14 @@ def test_the_suites_differ_in_seeds_and_in_forms():
     assert not set.intersection(*unlisted)
 
 
-def test_every_kind_of_case_can_be_drawn_with_third_forms():
-    for number, (kind, what) in enumerate(dict(composition('varied', 0, 2)).items()):
-        case = make_case('varied', 2, number, kind, what)
-        assert case.form == 2
-        assert all(hidden.form == EFFECTS[hidden.effect].forms[-1] for hidden in case.concealed)
-    case = make_case('varied', 2, 0, 'ambiguous', '0')
+@pytest.mark.parametrize(('suite', 'form'), [('varied', 2), ('outside', 3)])
+def test_every_kind_of_case_can_be_drawn_with_third_and_fourth_forms(suite, form):
+    for number, (kind, what) in enumerate(dict(composition(suite, 0, 2)).items()):
+        case = make_case(suite, 2, number, kind, what)
+        assert case.form == form
+        forms = [EFFECTS[hidden.effect].forms for hidden in case.concealed]
+        assert [hidden.form for hidden in case.concealed] == [names[form % len(names)] for names in forms]
+    case = make_case(suite, 2, 0, 'ambiguous', '0')
     assert 0.0 < visibility(case, signals_of(case))[0]['likeness'] <= 1.0
 
 
