@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import InWords
-from tcp_muscle_ros.diagnosis.answer.in_words import STEP, Said, Table, alike, told_by_form, unit_of
+from tcp_muscle_ros.diagnosis.answer.in_words import apart, told_by_form, unit_of
+from tcp_muscle_ros.diagnosis.answer.law_forms import STEP, Said, Table
 from tcp_muscle_ros.diagnosis.answer.sentences import words
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
@@ -16,6 +17,7 @@ _EQUATIONS = {
     'constant': 'c',
     'linear': 'c + b (x - o)/w',
     'square': 'c + b ((x - o)/w)^2',
+    'cube': 'c + b ((x - o)/w)^3',
     'power': 'c + b ((x - o)/w)^p',
     'exponential': 'c + b exp((x - e)/s)',
     'saturation': 'c - b exp(-(x - e)/s)',
@@ -27,6 +29,7 @@ _SAYS = {
     'constant': 'is the same at every {driver}: {height}',
     'linear': '{rises} evenly with the {driver}, by {slope}',
     'square': '{rises} as the square of the {driver}{counted}, by {rise} {range}',
+    'cube': '{rises} as the cube of the {driver}{counted}, by {rise} {range}',
     'power': '{rises} as the power {number:.2g} of the {driver}{counted}, by {rise} {range}',
     'exponential': '{rises} exponentially with the {driver}, by a factor e every {scale}, and by {rise} {range}',
     'saturation': '{rises} with the {driver} and levels off within some {scale}, by {rise} {range}',
@@ -38,6 +41,7 @@ _LOOKS = {
     'constant': 'a constant',
     'linear': 'a straight line',
     'square': 'a square',
+    'cube': 'a cube',
     'power': 'a power',
     'exponential': 'an exponential',
     'saturation': 'a saturation',
@@ -50,30 +54,40 @@ _ACTS = ('', ' while it heats', ' while it cools')
 
 def in_words(selection: Selection, effect: str, driver: str, at: Array) -> InWords | None:
     """A law in words, and its curve at these values of the driver; None where no form predicts as well as its table."""
-    found = told_by_form(selection, effect)
-    if found is None:
+    told = told_by_form(selection, effect)
+    if told is None:
         return None
-    said, table = found
-    others = alike(said, table, selection.final.problem.policy)
+    said, table = told.said, told.table
     return InWords(
         said.form.name,
-        sentence(said, table, effect, driver, others),
+        sentence(said, table, effect, driver, told.others),
         _EQUATIONS[said.form.name],
         _parameters(said, table, effect, driver),
-        others,
+        tuple(other.form.name for other in told.others),
         said.values(table, at)[0],
     )
 
 
-def sentence(said: Said, table: Table, effect: str, driver: str, others: Sequence[str] = ()) -> str:
-    """The law in words; of one that has values of its own for cooling, both; and the forms that fit its table as
-    well."""
+def sentence(said: Said, table: Table, effect: str, driver: str, others: Sequence[Said] = ()) -> str:
+    """The law in words; of one that has values of its own for cooling, both; and the forms that predict as well."""
     noun = words(effect.removeprefix('free_'))
     parts = [_does(said, table, effect, driver, k) for k in range(len(said.coefficients))]
     acts = _ACTS[1:] if len(parts) > 1 else _ACTS
     does = '; '.join(f'{part}{act}' for part, act in zip(parts, acts, strict=False))
-    also = f' {_either(others)} fits its table as well.' if others else ''
-    return f'As far as these recordings tell, the {noun} {does}.{also}'
+    return f'As far as these recordings tell, the {noun} {does}.{_beside(said, table, effect, driver, others)}'
+
+
+def _beside(said: Said, table: Table, effect: str, driver: str, others: Sequence[Said]) -> str:
+    """The forms that unseen data do not tell from it, and what would."""
+    if not others:
+        return ''
+    where, gap = max((apart(said, other, table) for other in others), key=lambda one: one[1])
+    base = float(said.values(table, np.array([where]))[0, 0])
+    differ = f'by {"up to " * (len(others) > 1)}{_size(effect, gap, base)}'
+    return (
+        f' {_either([other.form.name for other in others])} predicts unseen data as well over the range seen; a '
+        f'measurement at {_place(driver, where)} would decide, where they differ {differ}.'
+    )
 
 
 def _does(said: Said, table: Table, effect: str, driver: str, curve: int) -> str:

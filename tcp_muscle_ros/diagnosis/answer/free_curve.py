@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from tcp_muscle_ros.diagnosis.answer.findings import FreeLaw
 from tcp_muscle_ros.diagnosis.answer.form_words import in_words
-from tcp_muscle_ros.diagnosis.answer.in_words import driver_of, table_of, unit_of
+from tcp_muscle_ros.diagnosis.answer.in_words import driver_of, places_of, unit_of
 from tcp_muscle_ros.diagnosis.fitting.least_squares import WIDTH, Fit
 from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
 
@@ -27,11 +27,15 @@ def found_law(selection: Selection, chosen: Chosen) -> FreeLaw:
 
 def free_law(fitted: Fit, effect: str, nearest: Sequence[str] = ()) -> FreeLaw:
     """The natural cubic spline through the fitted table, its band from the covariance of the values at the knots."""
-    table = table_of(fitted, effect)
-    at, count = table.at, table.at.size
+    places = places_of(fitted, effect)[0]
+    unknowns = [fitted.problem.unknowns[k] for k in places]
+    at = np.array([fitted.muscle[f'{effect}.at_{k + 1}'] for k in range(len(places))])
+    values = np.array([u.from_fit(float(fitted.z[k])) for u, k in zip(unknowns, places, strict=True)])
+    spreads = np.array([u.spread for u in unknowns])
     x = np.linspace(at[0], at[-1], _POINTS)
     weights = np.column_stack([CubicSpline(at, one, bc_type='natural')(x) for one in np.eye(at.size)])
-    curve, covariance = weights @ table.values[0], table.covariance[:count, :count]
+    curve = weights @ values
+    covariance = fitted.covariance[np.ix_(places, places)] * np.outer(spreads, spreads)
     beside = WIDTH * np.sqrt(np.maximum(np.sum((weights @ covariance) * weights, axis=1), 0.0))
     driver, unit = driver_of(fitted, effect), unit_of(effect)
     return FreeLaw(driver, unit, x, curve, curve - beside, curve + beside, nearest[0] if nearest else None)
