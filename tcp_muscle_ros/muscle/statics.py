@@ -1,8 +1,9 @@
 """What the resolved model says without time: runaway, steady states, and its inverse.
 
-Used by the controller's feed-forward and by the documents. With the paper's stages and, where they are on and depend on
-temperature or force, the tables of ``free_stroke`` (its heating branch) and ``free_stiffness``: they are what the
-controller inverts. Of the effects ``geometric_stiffening`` and the like enter through ``Muscle``, not here.
+Used by the controller's feed-forward and by the documents. With the paper's stages and, where they are on and do not
+depend on time, the tables of ``free_stroke`` (its heating branch) and ``free_stiffness``: they are what the controller
+inverts. A rate is none, current and power are those that hold the temperature in a room of T0. Of the effects
+``geometric_stiffening`` and the like enter through ``Muscle``, not here.
 """
 
 from math import inf, sqrt
@@ -13,12 +14,13 @@ from numpy.typing import ArrayLike
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.compiled import entry, inner
 from tcp_muscle_ros.muscle.effects import free_law, free_stiffness, free_stroke
+from tcp_muscle_ros.muscle.electrical import resistance_at
 from tcp_muscle_ros.muscle.layout import COEFFICIENTS
 from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH, DOMAIN_LOW, contraction_coefficient, modulus_ratio
 from tcp_muscle_ros.muscle.parameters import Parameters
 from tcp_muscle_ros.muscle.table import INDEX
 
-_H0, _K0, _B, _T0 = (INDEX[name] for name in ('H0', 'k0', 'B', 'T0'))
+_H0, _K0, _B, _T0, _HA = (INDEX[name] for name in ('H0', 'k0', 'B', 'T0', 'hA'))
 _STROKE, _STIFFNESS = (COEFFICIENTS[effect.EFFECT.name].start for effect in (free_stroke, free_stiffness))
 _SHARE, _DRIVER, _curve = free_law.SHARE, free_law.DRIVER, free_law.curve
 _STROKE_READY, _STROKE_PIECES = _STROKE + free_stroke.READY, free_stroke.PIECES
@@ -28,6 +30,7 @@ _STIFFNESS_READY, _STIFFNESS_PIECES, _SOFTEST = (
     free_stiffness.LEAST,
 )
 _BY_TEMPERATURE, _BY_FORCE = free_stroke.BY_TEMPERATURE, free_stroke.BY_FORCE  # in both laws
+_BY_RATE, _BY_CURRENT, _BY_POWER = free_stroke.BY_RATE, free_stroke.BY_CURRENT, free_stroke.BY_POWER
 _STEP = 1.0  # K, by which a branch is looked for
 
 
@@ -64,6 +67,14 @@ def _table(p: Array, base: int, pieces: int, temperature: float, force: float) -
         value = p[base + _SHARE] * _curve(p, base, pieces, temperature)
     elif p[base + _DRIVER] == _BY_FORCE:
         value = p[base + _SHARE] * _curve(p, base, pieces, force)
+    elif p[base + _DRIVER] >= _BY_RATE:  # of the stroke alone
+        holding = max(0.0, p[_HA] * (temperature - p[_T0]))
+        x = 0.0
+        if p[base + _DRIVER] == _BY_POWER:
+            x = holding
+        elif p[base + _DRIVER] == _BY_CURRENT:
+            x = sqrt(holding / resistance_at(p, temperature))
+        value = p[base + _SHARE] * _curve(p, base, pieces, x)
     return value
 
 

@@ -16,6 +16,7 @@ from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _known, _range, promising, with_free_law
 from tcp_muscle_ros.diagnosis.search.selected import Weighed
 from tcp_muscle_ros.diagnosis.search.selection import select
+from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.muscle.free_basis import basis
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
@@ -73,6 +74,17 @@ def test_a_law_has_fewer_knots_than_levels_at_which_its_driver_was_seen(bumpy):
     assert [_knots(np.array(seen), 0.3, 1.5) for seen in ([0.3, 0.9, 1.5], [0.3, 0.7, 1.1, 1.5])] == [2, 3]
     assert _knots(np.array([0.3, 0.41, 1.39, 1.5]), 0.3, 1.5) == 2, 'nothing says where a knot in the middle goes'
     assert _knots(np.array([0.3] * 500 + [0.9] + [1.2] + [1.5] * 500), 0.3, 1.5) == 2, 'those were passed on the way'
+
+
+def test_a_driver_that_a_law_calls_untried_is_not_tried(monkeypatch):
+    """It would be found: a stroke that is there while a current flows."""
+    switched = basis('free_stroke', 0.0, 0.3, 'current', 2).on(TRUE, [0.0, -2e-3])
+    fitted = under(0.3, switched)
+    by_current = [('free_stroke', 'current')]
+    assert not [law for law in promising(fitted) if (law.basis.effect, law.basis.driver) in by_current]
+    stroke = EFFECTS['free_stroke']
+    monkeypatch.setitem(EFFECTS, 'free_stroke', replace(stroke, free=replace(stroke.free, untried=frozenset())))
+    assert [law for law in promising(fitted) if (law.basis.effect, law.basis.driver) in by_current]
 
 
 @pytest.fixture(scope='module')

@@ -111,6 +111,39 @@ def test_stroke_and_stiffness_are_added_to_the_length():
         assert Muscle(p, load=force).reading().length == pytest.approx(expected, abs=1e-12)
 
 
+def test_a_stroke_of_the_current_the_power_or_the_rate_is_there_at_once():
+    """Whatever the source is set to, and as fast as the heat goes: no lag, which a slow state is for."""
+    time = np.arange(0.0, 40.0, 0.05)
+    drive = np.where(np.mod(time, 20.0) < 9.0, 0.24, 0.05)
+    plain = simulate(NOMINAL, time, drive, load=0.5884)
+    power = drive**2 * ohms(plain.fibre_temperature)
+    rate = (power - 0.01933 * (plain.fibre_temperature - 296.15)) / 0.17
+    for driver, seen, ends in (('current', drive, (0.0, 0.3)), ('power', power, (0.0, 1.2)), ('rate', rate, (-4, 6))):
+        at, value = np.linspace(*ends, 4), np.array([0.0, -1e-3, -3e-3, -4e-3])
+        p = table('free_stroke', at, value, driver='temperature_rate' if driver == 'rate' else driver)
+        spline = law('free_stroke', at, value)
+        added = plain.displacement - simulate(p, time, drive, load=0.5884).displacement
+        rest = spline(0.0)
+        steady = np.mod(time, 20.0) % 9.0 > 0.2  # the rate is that of the instant before: a jump is one tick late
+        off = np.abs(added - (spline(seen) - rest))
+        assert off.max() < 1e-9 if driver != 'rate' else off[steady].max() < 2e-5, driver
+
+
+def test_a_controller_holds_with_the_current_and_the_power_that_hold_and_at_no_rate():
+    given = {'value': (1e-3, -1e-3, -3e-3)}
+    for driver, at, holding in (
+        ('current', (0.0, 0.15, 0.3), lambda T: np.sqrt(0.01933 * (T - 296.15) / ohms(T))),
+        ('power', (0.0, 0.5, 1.2), lambda T: 0.01933 * (T - 296.15)),
+        ('temperature_rate', (-5.0, 0.0, 5.0), lambda T: 0.0 * T),
+    ):
+        p, spline = table('free_stroke', at, driver=driver, **given), law('free_stroke', at, given['value'])
+        for T in (300.0, 330.0, 350.0):
+            added = float(length(p, T, 0.6) - length(NOMINAL, T, 0.6))
+            assert added == pytest.approx(spline(holding(T)), abs=1e-12), driver
+        inverse = Inverse(p, 0.6)
+        assert inverse.temperature(inverse.displacement(335.0, 0.6), 0.6) == pytest.approx(335.0, abs=1e-3), driver
+
+
 def test_on_cooling_the_stroke_may_be_another():
     cooling = SIZE['free_stroke'] * SHAPE + 2e-3
     p = table('free_stroke', cooling=tuple(cooling))
@@ -265,7 +298,7 @@ def test_the_prior_says_how_far_and_how_bent_a_law_may_be():
     ('call', 'message'),
     [
         (lambda: basis('creep', 0.0, 1.0), "'creep' is no free law"),
-        (lambda: basis('free_stroke', 0.0, 1.0, 'power'), "free_stroke: unknown driver 'power'"),
+        (lambda: basis('free_stroke', 0.0, 1.0, 'length'), "free_stroke: unknown driver 'length'"),
         (lambda: basis('free_stroke', 1.0, 0.0), 'expected a range and 2 to 8 knots'),
         (lambda: basis('free_stroke', 0.0, 1.0, knots=9), 'expected a range and 2 to 8 knots'),
         (lambda: basis('free_stroke', 0.0, 1.0).on(NOMINAL, [1.0]), 'expected 5 values'),

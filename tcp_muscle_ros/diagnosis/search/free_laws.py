@@ -177,7 +177,7 @@ def promising(
         if free is None or (free.by_loads and not any_load):
             continue
         for driver in free.drivers:
-            if not _known(fitted.problem, driver, any_load) or (of_state and driver == _WHEN):
+            if driver in free.untried or not _known(fitted.problem, driver, any_load) or (of_state and driver == _WHEN):
                 continue
             seen = _seen(fitted, driver)
             low, high = _range(seen)

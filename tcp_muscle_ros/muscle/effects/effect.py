@@ -72,7 +72,8 @@ class Freedom:
     standard deviation of the law's values before anything is known, in the unit of its values; ``bend``: that of the
     second differences between values at knots that lie a quarter of the driver's range apart. ``lag``: the parameter
     that is the time in which the law is reached, where one is. ``by_loads``: under one and the same load it does what
-    another law does to the length, so that only different loads tell it.
+    another law does to the length, so that only different loads tell it. ``untried``: drivers that a diagnosis does not
+    try.
     """
 
     drivers: Mapping[str, str]
@@ -80,6 +81,7 @@ class Freedom:
     bend: float
     lag: str = ''
     by_loads: bool = False
+    untried: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

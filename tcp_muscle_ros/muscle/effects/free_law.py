@@ -5,6 +5,20 @@
 A natural spline is the smoothest curve through its knots (the least integral of y''^2: Green & Silverman 1994), goes on
 straight beyond them, and is linear in the values, so that a fit finds them by least squares. ``share`` fades the law
 out. Where the driver leaves the table, the muscle says that it is out of the model's domain.
+
+A law offers the drivers that make sense at its stage. What is not offered, and why:
+
+- conductance: no rate, for the rate follows from the conductance, and what lags is ``free_surroundings``;
+- capacity: no rate, which follows from it, and what takes heat late is ``latent_heat`` or ``two_node``; no current or
+  power, for a fibre is warmed by them and by nothing else that it could know of them;
+- resistance: no rate, which a coating does not know; no current or power, which follow from it under a set voltage or
+  power: a contact that current lowers is ``contact_resistance``;
+- stiffness: no length, for what hangs has its length by its force; no rate, current or power, with which a length goes
+  as well: ``free_stroke``, and ``free_slow_state`` where it lags;
+- stroke: no length, which it is itself;
+- surroundings: no rate, which their own lag makes; no time, which is ``ambient_drift``;
+- delay: no rate, current, power, length or force, for a time constant is told over a state that changes little while it
+  passes.
 """
 
 from collections.abc import Sequence
