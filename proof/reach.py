@@ -95,8 +95,8 @@ def closed(result: dict[str, Any], way: str, place: str) -> float | None:
     return min((before - after) / (before - LEFT), 1.0) if before > REACH else None
 
 
-def document(results: Sequence[dict[str, Any]], seed: int) -> str:
-    """The tables as Markdown."""
+def document(results: Sequence[dict[str, Any]], wanted: int, seed: int) -> str:
+    """The tables as Markdown, of those that were ``wanted``."""
     tables = [r for r in results if any(name.startswith('free_') for name in r['improved'])]
     lines = [
         '# How far a law without a name reaches',
@@ -125,7 +125,8 @@ def document(results: Sequence[dict[str, Any]], seed: int) -> str:
         outside = 100.0 * r['missed']['diagnosis']['current'][1]
         said, on = (', '.join(names) or 'nothing' for names in (r['said'], r['improved']))
         lines.append(f'| {r["case"]} | {said} | {on} | {cells} | {outside:.0f} % of the time |')
-    return '\n'.join([*lines, '', 'In a cell: diagnosis (best listed effects). -: no gap. No muscle is left out.', ''])
+    run = f'The first {len(results)} of {wanted} muscles were run.'
+    return '\n'.join([*lines, '', f'In a cell: diagnosis (best listed effects). -: no gap. {run}', ''])
 
 
 def _medians(name: str, results: Sequence[dict[str, Any]], way: str) -> str:
@@ -150,7 +151,8 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     one_of_linear_algebra()
     results = []
-    for case in cases(chosen.seed):
+    muscles = cases(chosen.seed)
+    for case in muscles:
         folder = chosen.output / case.name
         done = read_json(folder / 'result.json')
         if done is None and chosen.only_document:
@@ -162,7 +164,7 @@ def main(arguments: list[str] | None = None) -> int:
             (folder / 'result.json').write_text(json.dumps(done) + '\n', encoding='utf-8')
             print(json.dumps(done), flush=True)
         results.append(done)
-    text = document(results, chosen.seed)
+    text = document(results, len(muscles), chosen.seed)
     print(text)
     if chosen.document:
         chosen.document.write_text(text, encoding='utf-8')

@@ -6,7 +6,7 @@ from diagnosis.made import NOMINAL, TRUE
 from diagnosis.test_free_laws import selected
 from diagnosis.written import recorded
 
-from proof.written import ROOM, SPAN, case_of, written
+from proof.written import ROOM, SPAN, Written, case_of, written
 from tcp_muscle_ros.diagnosis.answer.form_words import sentence
 from tcp_muscle_ros.diagnosis.answer.free_curve import found_law
 from tcp_muscle_ros.diagnosis.answer.in_words import apart, told_by_form
@@ -173,3 +173,16 @@ def test_a_law_that_was_written_elsewhere_is_said_in_its_form(tmp_path, form, ta
     if form == 'threshold':
         place = told.table.origin + told.said.number * told.table.span
         assert place == pytest.approx(273.15 + ROOM + SPAN * law.number, abs=2.0)
+
+
+@pytest.mark.slow
+def test_a_stroke_that_is_a_product_of_load_and_temperature_is_a_stiffness_over_temperature(tmp_path):
+    """What multiplies what its stage already depends on is a product of two: here the elongation, F/k."""
+    case = case_of(Written('linear', 'free', 0.0, 0.25, by_load=True), 3)
+    found = with_free_law(select(in_turn(calibrate(recorded(case, tmp_path), NOMINAL).fit), ['friction']))
+    (effect,) = [c.effect for c in found.chosen]
+    assert effect == 'free_stiffness'
+    assert found.final.mean_square['displacement'] < 1e-3 * found.calibrated.mean_square['displacement']
+    told = told_by_form(found, effect)
+    said = sentence(told.said, told.table, effect, 'temperature', told.others)
+    assert said.startswith('As far as these recordings tell, the stiffness rises')
