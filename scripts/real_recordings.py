@@ -147,11 +147,11 @@ def draw(group: Group, together: Calibration, names: list[str]) -> Path:
     return path
 
 
-def diagnoses(all_runs: dict[str, Experiment], splits: int, write: bool) -> list[str]:
+def diagnoses(all_runs: dict[str, Experiment], splits: int, write: bool, of: str = '') -> list[str]:
     """The table of errors and what the diagnosis says of each group, as lines of markdown, and the test whose answer is
-    known; with ``write`` a figure of each group."""
+    known; with ``write`` a figure of each group. ``of``: of the groups alone whose title has it."""
     rows, lines, every = [], [], []
-    for group in GROUPS:
+    for group in [g for g in GROUPS if of in g.title]:
         begun = time.monotonic()
         names = [n for n in all_runs if n.startswith(group.starts) and group.leave_out not in n]
         mine = {n: all_runs[n] for n in names}
@@ -172,7 +172,8 @@ def diagnoses(all_runs: dict[str, Experiment], splits: int, write: bool) -> list
         f'Made on {date.today()} on {os.cpu_count()} cores by `python scripts/real_recordings.py --diagnose --splits '
         f'{splits} --write`. {required(every)}'
     )
-    return [made, '', HEADING, *rows, '', *lines, *forced_air(free, forced, NOMINAL)]
+    known = [] if of else forced_air(free, forced, NOMINAL)
+    return [made, '', HEADING, *rows, '', *lines, *known]
 
 
 def main() -> int:
@@ -182,12 +183,15 @@ def main() -> int:
     parser.add_argument('--write', action='store_true')
     parser.add_argument('--diagnose', action='store_true', help='what the diagnosis says of each group')
     parser.add_argument('--splits', type=int, default=1, help='of training and unseen runs, with --diagnose')
+    parser.add_argument('--group', default='', help='with --diagnose: print only those groups whose title has this')
     args = parser.parse_args()
+    if args.group and args.write:
+        parser.error('--group prints; the page has all groups')
     if not args.data.is_dir():
         print(f'{args.data}: not there, so nothing can be calibrated', file=sys.stderr)
         return 2
     if args.diagnose:
-        text = '\n'.join(diagnoses(experiments(args.data, most=MOST), args.splits, args.write))
+        text = '\n'.join(diagnoses(experiments(args.data, most=MOST), args.splits, args.write, args.group))
         if args.write:
             replace_marked(PAGE, 'diagnoses', text)
         else:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
+from tcp_muscle_ros.diagnosis.answer.handed_on import stiffness_of_one_load
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import ages, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
@@ -534,3 +535,8 @@ def test_what_the_data_admit_in_the_place_of_a_named_effect_is_not_named_beside_
     monkeypatch.setattr('tcp_muscle_ros.diagnosis.search.selection.companions', brings)
     search.add_companions()
     assert search.accepted == ['radiation']
+
+
+def test_where_nothing_is_found_no_stiffness_is_pulled_to_what_was_assumed(softened):
+    """It is when effects bend it; a fit that only has other numbers as assumed has none."""
+    assert stiffness_of_one_load(replace(softened), softened) is None

@@ -79,7 +79,8 @@ def foretelling(final: Fit, calibrated: Fit) -> Fit:
 
 def stiffness_of_one_load(final: Fit, calibrated: Fit) -> int | None:
     """Which unknown the stiffness is, where one load was hung and effects were found; else None."""
-    if final is calibrated or not one_load(final.problem.experiments):
+    effects = set(final.problem.parameters.effects) - set(calibrated.problem.parameters.effects)
+    if not effects or not one_load(final.problem.experiments):
         return None
     return next((k for k, u in enumerate(final.problem.unknowns) if u.key == (STIFFNESS, None)), None)
 

@@ -211,7 +211,7 @@ def on_rests(rests_and_jumps: Rests) -> tuple[str, ...]:
             f'{e.name}: the {quantity(channel)} stops changing while the simulation goes on: a mechanical stop, such '
             f'as coils in contact, a rail or a string'
             for e, s in mine
-            if s.kind == STOP and not _stop(e)
+            if s.kind == STOP and not stop_of(e)
         ]
     return tuple(said)
 
@@ -219,7 +219,7 @@ def on_rests(rests_and_jumps: Rests) -> tuple[str, ...]:
 def on_stops(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     """Which contractions end against something, and how far each has come: seen in the recording itself, for a model
     bends to it."""
-    found = {e.name: stop for e in experiments if (stop := _stop(e))}
+    found = {e.name: stop for e in experiments if (stop := stop_of(e))}
     if not found:
         return ()
     channel = experiments[0].model.motion
@@ -235,7 +235,7 @@ def on_stops(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     )
 
 
-def _stop(experiment: Experiment) -> tuple[float, float, float] | None:
+def stop_of(experiment: Experiment) -> tuple[float, float, float] | None:
     """The stop at which the motion in a recording ends: from when to when (s from its start), and where (m)."""
     o, drive = experiment.observed.get(experiment.model.motion), experiment.imposed
     begin = float(drive.time[0])

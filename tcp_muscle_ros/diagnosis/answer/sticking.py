@@ -18,6 +18,7 @@ from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 _SEEDS = 3  # simulations of each recording
+_SHARED = 10  # simulations, of whose courses the mean is what they share
 _ROUNDS = 4  # of adjusting the force to the jumps that it makes
 _ALIKE = 0.01  # probability, above which two samples are not told apart: the parameters come from one of them
 _FEWEST = 5  # jumps, of which a mean and a spread are taken
@@ -112,12 +113,23 @@ def one_run(
     experiment: Experiment, muscle: Parameters, left: Array, like: Imitation, seed: int = 0
 ) -> tuple[Array, Array]:
     """What was recorded and one simulation that sticks, m: about the course that was fitted, of which ``left`` (m) is
-    missed, for a run has a gain of its own."""
-    effect, motion = _by_chance(), experiment.model.motion
-    sticky = muscle.replace({**like.values, f'{effect}.seed': float(seed)}).with_effects(effect)
-    departs = experiment.predict(sticky)[motion] - experiment.predict(muscle)[motion]
+    missed, for a run has a gain of its own.
+
+    An end that sticks follows late, both ways. The fit was to one that did, and has that already: what all seeds share
+    is left out, or it would be late twice.
+    """
+    motion = experiment.model.motion
+    one, *others = (
+        experiment.predict(stuck(muscle, like, s))[motion] for s in (seed, *(n for n in range(_SHARED) if n != seed))
+    )
     recorded = experiment.observed[motion].value
-    return recorded, recorded - left + departs
+    return recorded, recorded - left + one - np.mean([one, *others], axis=0)
+
+
+def stuck(muscle: Parameters, like: Imitation, seed: int) -> Parameters:
+    """The muscle with the effect, by a seed of its own."""
+    effect = _by_chance()
+    return muscle.replace({**like.values, f'{effect}.seed': float(seed)}).with_effects(effect)
 
 
 def _by_chance() -> str:
