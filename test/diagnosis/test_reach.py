@@ -20,7 +20,7 @@ from tcp_muscle_ros.muscle.edges import inside
 from tcp_muscle_ros.settings.parameter_file import read, write
 
 LISTED = ['natural_convection', 'radiation', 'exposed_area', 'heat_capacity', 'friction']
-# Of a form that no listed effect has: they carry off the more heat, the hotter. Not so much that the muscle burns with
+# Of a form that no listed effect has: the hotter, the less heat is carried off. Not so much that the muscle burns with
 # a fifth more current.
 LAWS = {'free_conductance': Written('square', 'loss', 0.0, -0.12)}
 
