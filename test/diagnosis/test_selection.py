@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from diagnosis.made import NOMINAL, TIME, TRUE, experiment
+from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.handed_on import stiffness_of_one_load
 from tcp_muscle_ros.diagnosis.fitting import slips
@@ -25,7 +25,7 @@ from tcp_muscle_ros.diagnosis.search.company import (
     least_of_rest,
     stands_apart,
 )
-from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, improvement, touched
+from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, confirmation, improvement, touched
 from tcp_muscle_ros.diagnosis.search.picking import Picked
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.diagnosis.search.rivals import (
@@ -135,6 +135,19 @@ def test_what_says_too_little_neither_confirms_nor_refutes():
     assert not gain.fails
     worse = improvement(before, held_back((1.2 * ONES, 0.8 * ONES), (ONES, ONES)), whole=True)
     assert worse.fails
+
+
+def test_what_the_poorer_model_misses_is_no_noise_by_which_unseen_data_are_judged():
+    """By it, all that a thermometer lags by is at most one noise a sample, and chance in the other channels decides."""
+    muscle = TRUE.with_effects('thermocouple_lag').replace({'thermocouple_lag.tau': 2.4})
+    bare = settle_noise(calibrate([experiment(CHANNELS, muscle=muscle)], NOMINAL).fit)[0]
+    usual = {'thermocouple_lag.tau': SPECIFICATIONS['thermocouple_lag.tau'].value}
+    problem = with_effect(bare.problem, Candidate('thermocouple_lag', usual, 0.0, 0.0))
+    late = fit(problem, np.concatenate([bare.z, problem.start()[bare.z.size :]]), rounds=15)
+    assert bare.problem.noise['temperature'].sigma > 10.0 * NOISE['temperature'], 'it counts as noise'
+    gain, _ = confirmation(bare, late)
+    assert gain.holds
+    assert gain.total > 10.0 * TIME.size
 
 
 def test_a_fold_that_noise_alone_could_have_tipped_has_no_voice():

@@ -8,7 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
+from tcp_muscle_ros.diagnosis.fitting.weighing import robust_noise, structures
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown, without_effect
+from tcp_muscle_ros.diagnosis.noise.noise import Noise
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 _STRETCHES, _AT_A_TIME = 8, 2  # of a recording; and how many are kept back at once
@@ -107,14 +109,22 @@ class HeldOut:
         return {name: float(np.sqrt(self.squares[name] / self.count[name])) for name in self.squares}
 
 
+Weights = tuple[tuple[str, Noise], ...]  # by channel, the noise by which errors are judged; none: that of the fit
+
+
 @lru_cache(maxsize=16)
-def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12) -> HeldOut:
+def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12, weights: Weights = ()) -> HeldOut:
     """Refit without each fold in turn, from the full fit, and look at the fold.
 
     What belongs to a recording alone is taken from the full fit where that is kept back whole: it is no property of the
     muscle, and a new recording brings its own. So is its start always, which may be in the stretch that is kept back.
     """
-    return held_out_as(fitted, kept_back, lambda trained: trained.z, rounds)
+    return _judged(_foretold(fitted, kept_back, rounds), weights)
+
+
+def held_out_as(fitted: Fit, kept_back: tuple[Fold, ...], seen_as: Callable[[Fit], Array], rounds: int = 12) -> HeldOut:
+    """The same with what ``seen_as`` makes of the unknowns of each fit to the rest."""
+    return _judged([_foretelling(fitted, fold, _without(fitted, fold, rounds), seen_as) for fold in kept_back], ())
 
 
 @lru_cache(maxsize=8)
@@ -124,32 +134,61 @@ def _without(fitted: Fit, fold: Fold, rounds: int) -> Fit:
     return fit(rest, fitted.z, rounds=rounds, tolerance=1e-4, known=_slopes_of(rest, fitted))
 
 
-def held_out_as(fitted: Fit, kept_back: tuple[Fold, ...], seen_as: Callable[[Fit], Array], rounds: int = 12) -> HeldOut:
-    """The same with what ``seen_as`` makes of the unknowns of each fit to the rest."""
-    problem = fitted.problem
+@dataclass(frozen=True)
+class _Foretold:
+    """What a fit to the ``rest`` of the data shows of it (``fitted``), and what with the unknowns of a whole model is
+    shown of the rest (``remaining``) and of the fold, on which it is ``looked``."""
+
+    fold: Fold
+    rest: Problem
+    looked: Problem
+    fitted: tuple[Shown, ...]
+    remaining: list[Shown]
+    unseen: list[Shown]
+
+
+@lru_cache(maxsize=16)
+def _foretold(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int) -> tuple[_Foretold, ...]:
+    """Each fold as the fit to the rest foretells it."""
+    return tuple(
+        _foretelling(fitted, fold, _without(fitted, fold, rounds), lambda trained: trained.z) for fold in kept_back
+    )
+
+
+def _foretelling(fitted: Fit, fold: Fold, trained: Fit, seen_as: Callable[[Fit], Array]) -> _Foretold:
+    """A fold as a fit to the rest foretells it."""
+    problem, rest = fitted.problem, trained.problem
+    z = np.array(
+        [
+            own if u.state or (u.recording is not None and u.recording == fold.whole) else shared
+            for u, own, shared in zip(problem.unknowns, fitted.z, seen_as(trained), strict=True)
+        ]
+    )
+    looked = testing(problem, fold)
+    predictions = problem.predictions(z)
+    remaining, unseen = (_at_the_instants_of(part, problem, predictions) for part in (rest, looked))
+    return _Foretold(fold, rest, looked, trained.predictions, remaining, unseen)
+
+
+def _judged(foretold: Sequence[_Foretold], weights: Weights) -> HeldOut:
+    """The errors of what was foretold, judged by the noise of the fit, or by another."""
     clusters: list[Mapping[str, Array]] = []
     errors: list[Mapping[str, Array]] = []
     remembered: list[Array] = []
     squares: dict[str, float] = {}
     count: dict[str, int] = {}
-    for fold in kept_back:
-        trained = _without(fitted, fold, rounds)
-        rest = trained.problem
-        z = np.array(
-            [
-                own if u.state or (u.recording is not None and u.recording == fold.whole) else shared
-                for u, own, shared in zip(problem.unknowns, fitted.z, seen_as(trained), strict=True)
-            ]
+    for mine in foretold:
+        # A stretch has the zero of the rest of its recording, as the fit weighs it: its own would show no drift.
+        recordings = sorted({k for k, _, _ in mine.fold.stretches})
+        zeros = {k: mine.rest.zeros(mine.remaining[k], k) for k in recordings}
+        looked, rest = (
+            problem.with_noise({**problem.noise, **dict(weights)}) if weights else problem
+            for problem in (mine.looked, mine.rest)
         )
-        looked = testing(problem, fold)
-        predictions = problem.predictions(z)
-        remaining, unseen = (_at_the_instants_of(part, problem, predictions) for part in (rest, looked))
         together: dict[str, list[Array]] = {}
         sums: dict[str, list[Array]] = {}
-        for recording in sorted({k for k, _, _ in fold.stretches}):
-            # A stretch has the zero of the rest of its recording: with one of its own it would show no drift.
-            zeros = rest.zeros(remaining[recording], recording)
-            white = looked.residual(unseen[recording], recording, zeros)
+        for recording in recordings:
+            white = looked.residual(mine.unseen[recording], recording, zeros[recording])
             start = 0
             for name, channel in looked.experiments[recording].observed.items():
                 part = white[start : start + channel.time.size]
@@ -157,12 +196,12 @@ def held_out_as(fitted: Fit, kept_back: tuple[Fold, ...], seen_as: Callable[[Fit
                 label = np.floor((channel.time - channel.time[0]) / _CLUSTER).astype(int)
                 together.setdefault(name, []).append(part)
                 sums.setdefault(name, []).append(np.asarray(np.bincount(label, part**2)))
-            for name, left in looked.raw_residual(unseen[recording], recording, zeros).items():
+            for name, left in looked.raw_residual(mine.unseen[recording], recording, zeros[recording]).items():
                 squares[name] = squares.get(name, 0.0) + float(left @ left)
                 count[name] = count.get(name, 0) + left.size
         clusters.append({name: np.concatenate(parts) for name, parts in sums.items()})
         errors.append({name: np.concatenate(parts) for name, parts in together.items()})
-        remembered.append(np.concatenate(trained.residuals))
+        remembered.append(np.concatenate(rest.residuals(mine.fitted)))
     return HeldOut(tuple(errors), tuple(remembered), tuple(clusters), squares, count)
 
 
@@ -298,10 +337,26 @@ def confirmation(before: Fit, after: Fit) -> tuple[Gain, tuple[Fold, ...]]:
 
 def _asked(before: Fit, after: Fit, channels: frozenset[str] | None) -> tuple[Gain, tuple[Fold, ...]]:
     """The same, in these channels; None: all."""
+    weights = _weights(before, after)
     kept_back = conditions(after.problem)
     if kept_back:
-        gain = improvement(held_out(before, kept_back), held_out(after, kept_back), whole=True, channels=channels)
+        had, has = (held_out(model, kept_back, weights=weights) for model in (before, after))
+        gain = improvement(had, has, whole=True, channels=channels)
         if gain.holds or gain.fails:
             return gain, kept_back
     kept_back = stretches(after.problem)
-    return improvement(held_out(before, kept_back), held_out(after, kept_back), channels=channels), kept_back
+    had, has = (held_out(model, kept_back, weights=weights) for model in (before, after))
+    return improvement(had, has, channels=channels), kept_back
+
+
+def _weights(before: Fit, after: Fit) -> Weights:
+    """The noise by which the two are compared: what the richer model leaves, where that is less.
+
+    Into that of the poorer one counts what it misses. By it a channel that it misses plainly weighs next to nothing,
+    and chance in the others outweighs that the richer model does not miss it.
+    """
+    leaves = robust_noise(after, structures(after))
+    return tuple(
+        (name, leaves[name] if leaves[name].sigma < noise.sigma else noise)
+        for name, noise in before.problem.noise.items()
+    )
