@@ -90,6 +90,18 @@ def test_what_is_more_likely_absent_than_there_may_be_lacking():
     assert finding_sentence('heat_capacity', values, (), 0.6).startswith('The recordings show heat capacity')
 
 
+def test_the_misfit_of_a_sensor_is_not_laid_to_physics():
+    """A thermometer that lags misses the temperature; a creep that was found as well does not."""
+    place, fits = located(0.5, 0.3), {'temperature': ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.6, 0.2))}
+    found = [FINDING, replace(FINDING, effect='thermocouple_lag', stage='sensor')]
+    both = headline('missing_physics', found, replace(place, stage='sensor'), fits, None)
+    assert 'The sensors add thermocouple lag, and the simulation lacks creep; with all that was found' in both
+    physics = headline('missing_physics', found, replace(place, stage='mechanical'), fits, None)
+    assert 'The simulation lacks creep; with all that was found' in physics and 'sensors' not in physics
+    alone = headline('missing_physics', [FINDING], replace(place, stage='sensor'), fits, None)
+    assert 'The simulation lacks creep; with it' in alone and 'sensors' not in alone
+
+
 def test_above_and_below_are_said_of_a_mean_that_has_a_sign():
     for shift, side in ((0.5, 'above'), (-0.5, 'below')):
         place = located(shift, 0.6 * shift)

@@ -124,7 +124,7 @@ def headline(
             f'{opening} No listed effect explains it: {100 * unexplained.share:.0f} % of the misfit of the '
             f'{quantity(unexplained.channel)} beyond its noise is unexplained, in the {unexplained.stage} stage.'
         )
-    return f'{opening} {_cause(findings)}{_better(location.channel, findings, fits)}.'
+    return f'{opening} {_cause(findings, location.stage)}{_better(location.channel, findings, fits)}.'
 
 
 def _recalibrated(fits: Mapping[str, ChannelFit]) -> str:
@@ -137,16 +137,25 @@ def _recalibrated(fits: Mapping[str, ChannelFit]) -> str:
     return f'recalibrated, the error of the {quantity(name)} falls from {before} to {after} (noise {noise})'
 
 
-def _cause(findings: Sequence[Finding]) -> str:
-    """What was found: of the muscle, else of the sensors; each with what the data admit in its place. What is more
-    likely absent than there may be."""
-    physics = [f for f in findings if f.stage != 'sensor'] or list(findings)
-    sensor = physics[0].stage == 'sensor'
-    likely = _joined([f for f in physics if f.probability >= _EVEN])
-    doubtful = _joined([f for f in physics if not f.probability >= _EVEN])
-    said = [f'{"add" if sensor else "lacks"} {likely}'] if likely else []
-    said += [f'may {"add" if sensor else "lack"} {doubtful}'] if doubtful else []
-    return f'{"The sensors" if sensor else "The simulation"} {" and ".join(said)}'
+def _cause(findings: Sequence[Finding], stage: str) -> str:
+    """What was found: of the muscle, else of the sensors; of these too, and first, where the misfit that was told is of
+    their ``stage``."""
+    physics, sensors = ([f for f in findings if (f.stage == 'sensor') is sensor] for sensor in (False, True))
+    lacks = _said('The simulation', 'lack', physics)
+    if physics and not (stage == 'sensor' and sensors):
+        return lacks
+    adds = _said('The sensors', 'add', sensors)
+    return f'{adds}, and {lacks[0].lower()}{lacks[1:]}' if physics else adds
+
+
+def _said(who: str, does: str, findings: Sequence[Finding]) -> str:
+    """What lacks or adds what, with what the data admit in its place. What is more likely absent than there may be."""
+    likely = _joined([f for f in findings if f.probability >= _EVEN])
+    doubtful = _joined([f for f in findings if not f.probability >= _EVEN])
+    many = who.endswith('s')
+    said = [f'{does if many else does + "s"} {likely}'] if likely else []
+    said += [f'may {does} {doubtful}'] if doubtful else []
+    return f'{who} {" and ".join(said)}'
 
 
 def _joined(findings: Sequence[Finding]) -> str:
