@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_explained, named_only_if_likely
+from tcp_muscle_ros.diagnosis.answer.doubtful import explained, named_only_if_explained, named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
 from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_doubtful, on_leads
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.search.bending import _no_worse, with_bent_form
 from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _known, _range, promising, with_free_law
@@ -236,3 +237,35 @@ def test_the_best_of_the_listed_effects_has_no_name_where_it_leaves_more_than_it
     assert left.final.muscle.effects == ()
     assert on_leads(found) == ()
     assert 'natural convection comes nearest to what is unexplained, but leaves more' in on_leads(left)[0]
+
+
+def part_of_the_way(found, share):
+    """The selection whose model stops on its way from the calibrated one, and so leaves more."""
+    (chosen,), begun = found.chosen, found.calibrated.values
+    effect = EFFECTS[chosen.effect]
+    strength = f'{effect.name}.{effect.strength}'
+
+    def before(unknown, z):
+        return (
+            unknown.to_fit(effect.none)
+            if unknown.name == strength
+            else unknown.to_fit(begun.get(unknown.key, unknown.from_fit(z)))
+        )
+
+    z = [
+        share * z + (1.0 - share) * before(u, z)
+        for u, z in zip(found.final.problem.unknowns, found.final.z, strict=True)
+    ]
+    return replace(found, final=fit(found.final.problem, np.array(z), rounds=0))
+
+
+@pytest.mark.parametrize(('exponent', 'named'), [(0.3, True), (-0.3, False)])
+def test_physics_the_other_way_round_is_named_only_where_it_leaves_no_more_than_its_form_may_miss(exponent, named):
+    """It bends to what any law leaves."""
+    muscle = TRUE.with_effects('exposed_area').replace({'exposed_area.e': exponent})
+    found = selected(muscle, ['exposed_area'])
+    assert [c.effect for c in found.chosen] == ['exposed_area']
+    assert named_only_if_explained(found) is found, 'it explains all'
+    some = part_of_the_way(found, 0.5)
+    assert 0.55 < explained(some) < 0.78
+    assert [c.effect for c in named_only_if_explained(some).chosen] == ['exposed_area'] * named

@@ -10,10 +10,12 @@ from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
 from tcp_muscle_ros.diagnosis.search.holdout import held_out
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, turned
 from tcp_muscle_ros.diagnosis.search.selected import Selection, Weighed
 
 _EVEN = 0.5  # more likely than not; more than is left
 _PLAINLY = 3.0  # times the noise's variance: twice the noise
+_FORMS = 2.0  # standard deviations of what a form may miss
 _PLAIN = 0.2  # of the misfit of the channel that is missed most, in noises: less is no measure of an explanation
 
 
@@ -67,10 +69,14 @@ def named_only_if_explained(selection: Selection) -> Selection:
     """The selection without its effects where they leave more than they take in every channel; these are its ``leads``.
 
     The evidence compares effects and does not vouch for any: the best of forty may be a poor one. A course that wiggles
-    looks like slips here and there, too. Circumstances stay, which go as they like and have no form.
+    looks like slips here and there, too. Physics that acts the other way round than it is known to bends to what any
+    law leaves: where nothing else is named it leaves no more than its form may miss of it. Circumstances stay, which go
+    as they like and have no form.
     """
     named = [c for c in selection.chosen if not c.definition.circumstance]
-    if not named or explained(selection) >= _EVEN:
+    final, policy = selection.final, selection.final.problem.policy
+    bent = all(turned(Rival(c.effect, final, 0.0)) for c in named)
+    if not named or explained(selection) >= (1.0 / (1.0 + (_FORMS * policy.form) ** 2) if bent else _EVEN):
         return selection
     for chosen in named:
         selection = without(selection, chosen.effect)

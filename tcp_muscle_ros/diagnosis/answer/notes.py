@@ -98,10 +98,10 @@ def on_leads(selection: Selection) -> tuple[str, ...]:
     if not selection.leads:
         return ()
     names, one = ' and '.join(words(name) for name in selection.leads), len(selection.leads) == 1
-    comes, leaves, it, is_ = ('comes', 'leaves', 'it', 'is') if one else ('come', 'leave', 'they', 'are')
+    comes, leaves, its, is_ = ('comes', 'leaves', 'its', 'it is') if one else ('come', 'leave', 'their', 'they are')
     return (
-        f'{names} {comes} nearest to what is unexplained, but {leaves} more of it than {it} explain{"s" * one}: '
-        f'{it} {is_} not named',
+        f'{names} {comes} nearest to what is unexplained, but {leaves} more of it than {its} form may miss: '
+        f'{is_} not named',
     )
 
 
