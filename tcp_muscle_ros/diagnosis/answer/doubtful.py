@@ -9,12 +9,11 @@ from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, structures
-from tcp_muscle_ros.diagnosis.search.holdout import held_out
+from tcp_muscle_ros.diagnosis.search.holdout import PLAINLY, held_out
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, turned
 from tcp_muscle_ros.diagnosis.search.selected import Selection, Weighed
 
 _EVEN = 0.5  # more likely than not; more than is left
-_PLAINLY = 3.0  # times the noise's variance: twice the noise
 _FORMS = 2.0  # standard deviations of what a form may miss
 _PLAIN = 0.2  # of the misfit of the channel that is missed most, in noises: less is no measure of an explanation
 
@@ -52,7 +51,7 @@ def _needed(selection: Selection, fewer: Selection) -> bool:
     """Whether an effect, without which there are ``fewer``, explains most of what a channel then misses, and that is
     more than its noise."""
     left, missed = (_beyond_noise(selection, fitted.mean_square) for fitted in (selection.final, fewer.final))
-    return any(missed[name] > _PLAINLY and left[name] < (1.0 - _EVEN) * missed[name] for name in missed)
+    return any(missed[name] > PLAINLY and left[name] < (1.0 - _EVEN) * missed[name] for name in missed)
 
 
 def _told_by_what_is_left(selection: Selection, effect: str, fewer: Selection) -> Selection:

@@ -27,6 +27,7 @@ _RIGHT, _TOLD = 0.25, 100.0
 # Nor is failure one where the poorer model misses (squared) a recording so many times as far as it misses the others.
 _UNLIKE = 2.0
 _TOUCHES = 0.1  # of the noise
+PLAINLY = 3.0  # times the noise's variance, twice the noise: what is missed plainly
 
 
 @dataclass(frozen=True)
@@ -350,13 +351,14 @@ def _asked(before: Fit, after: Fit, channels: frozenset[str] | None) -> tuple[Ga
 
 
 def _weights(before: Fit, after: Fit) -> Weights:
-    """The noise by which the two are compared: what the richer model leaves, where that is less.
+    """The noise by which the two are compared: what the richer model leaves, where the poorer one misses plainly more.
 
     Into that of the poorer one counts what it misses. By it a channel that it misses plainly weighs next to nothing,
-    and chance in the others outweighs that the richer model does not miss it.
+    and chance in the others outweighs that the richer model does not miss it. Otherwise both leave the noise, and a
+    smaller one makes more of what a draught does by chance.
     """
     leaves = robust_noise(after, structures(after))
     return tuple(
-        (name, leaves[name] if leaves[name].sigma < noise.sigma else noise)
+        (name, leaves[name] if noise.sigma**2 > PLAINLY * leaves[name].sigma ** 2 else noise)
         for name, noise in before.problem.noise.items()
     )
