@@ -2,8 +2,10 @@
 
 python -m proof.probability RUN [RUN ...]                 a table of what was stated and how often it was right
 python -m proof.probability RUN [RUN ...] --fit           the weights that these runs ask for, judged on cases left out
-python -m proof.probability RUN [RUN ...] --fit --write   and written to config/policy.yaml
+python -m proof.probability RUN [RUN ...] --rescale       those in force, scaled and shifted as these runs ask
+python -m proof.probability RUN [RUN ...] --fit --write   and written to config/policy.yaml (--rescale too)
 python -m proof.probability RUN [RUN ...] --document      docs/probabilities.md and its figure
+python -m proof.probability RUN [RUN ...] --restated ...  as the weights in force state what an earlier diagnosis found
 
 A RUN is a folder of ./scripts/prove after its phases `generate` and `diagnose`. A finding is right where its effect is
 among those that were concealed; a law without a name, where an effect that is not listed was concealed in its stage. A
@@ -16,9 +18,10 @@ import argparse
 import json
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import datetime, timezone
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +36,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
 from tcp_muscle_ros.report.style import AFTER, OTHER, canvas
-from tcp_muscle_ros.settings.policy import ODDS, SHIPPED
+from tcp_muscle_ros.settings.policy import ODDS, SHIPPED, shipped
 
 ROOT = Path(__file__).parents[1]
 PAGE, FIGURE = ROOT / 'docs' / 'probabilities.md', ROOT / 'docs' / 'images' / 'probabilities.png'
@@ -76,12 +79,13 @@ def read_run(run: Path, doubtful: bool = False) -> list[Judged]:
     Raises:
         BadInput: there are no labels, no reports, or reports without evidence; or the suite is sealed and unopened.
     """
-    found = []
+    found, reports = [], 0
     for label, report in answered(run):
+        reports += 1
         judged = [*report['findings'], *(report.get('doubtful', ()) if doubtful else ())]
         found += [_judged(f'{run.name}/{label["case"]}', label, finding) for finding in judged]
-    if not found:
-        raise BadInput(f'{run}: no findings; expected reports in reports/diagnosis (--phase diagnose)')
+    if not reports:
+        raise BadInput(f'{run}: nothing was diagnosed; expected reports in reports/diagnosis (--phase diagnose)')
     return found
 
 
@@ -109,6 +113,22 @@ def fitted(judged: Sequence[Judged]) -> dict[str, float]:
     return {name: round(float(weight), 2) for name, weight in zip(TERMS, best, strict=True)}
 
 
+def rescaled(judged: Sequence[Judged], before: Mapping[str, float]) -> dict[str, float]:
+    """The weights ``before`` with their log odds scaled and shifted as these findings ask (Platt 1999).
+
+    Two numbers, for a suite has too few findings for all the weights: fitted to the same ones these foretell findings
+    that were left out worse than a constant does.
+    """
+    odds = np.array([sum(before[name] * one.evidence[name] for name in TERMS) for one in judged])
+    sign = np.where([one.right for one in judged], 1.0, -1.0)
+
+    def loss(change: np.ndarray) -> float:
+        return float(np.sum(np.logaddexp(0.0, -sign * (change[0] * odds + change[1])))) + 0.5 * (change[0] - 1.0) ** 2
+
+    scale, shift = minimize(loss, np.array([1.0, 0.0]), method='L-BFGS-B').x
+    return {name: round(float(scale * before[name] + shift * (name == 'constant')), 2) for name in TERMS}
+
+
 def verdicts(runs: Sequence[Path]) -> dict[str, tuple[int, int]]:
     """Of each verdict that names nothing: how often it was right, and how often it was given."""
     given = {name: [0, 0] for name in NAMELESS}
@@ -125,12 +145,15 @@ def odds_of(counts: Mapping[str, tuple[int, int]]) -> dict[str, float]:
     return {name: round(float(np.log((right + 1) / (n - right + 1))), 2) for name, (right, n) in counts.items()}
 
 
-def left_out(judged: Sequence[Judged], seed: int = 0) -> list[float]:
+Weigh = Callable[[Sequence[Judged]], dict[str, float]]
+
+
+def left_out(judged: Sequence[Judged], weigh: Weigh = fitted, seed: int = 0) -> list[float]:
     """The probability of each finding by weights that were fitted to other cases."""
     cases = sorted({one.case for one in judged})
     parts = np.array_split(np.random.default_rng(seed).permutation(len(cases)), _PARTS)
     owner = {cases[k]: part for part, members in enumerate(parts) for k in members}
-    weights = [fitted([one for one in judged if owner[one.case] != part]) for part in range(_PARTS)]
+    weights = [weigh([one for one in judged if owner[one.case] != part]) for part in range(_PARTS)]
     return [probability(one.evidence, weights[owner[one.case]]) for one in judged]
 
 
@@ -217,7 +240,9 @@ def write_weights(weights: Mapping[str, float], runs: Sequence[str], path: Path 
     path.write_text(new, encoding='utf-8')
 
 
-def document(judged: Sequence[Judged], runs: Sequence[str], counts: Mapping[str, tuple[int, int]]) -> str:
+def document(
+    judged: Sequence[Judged], runs: Sequence[str], counts: Mapping[str, tuple[int, int]], restated: bool = False
+) -> str:
     """The page."""
     stated, right = [one.stated for one in judged], [one.right for one in judged]
     wrong = [one for one in judged if not one.right and one.stated >= 0.9]
@@ -229,6 +254,7 @@ def document(judged: Sequence[Judged], runs: Sequence[str], counts: Mapping[str,
         table=text(stated, right),
         verdicts=verdict_table(counts),
         wrong=named,
+        restated=' --restated' * restated,
         command=' '.join(f'build/proof/{run}' for run in runs),
     )
 
@@ -238,9 +264,10 @@ _PAGE = """\
 
 Each finding states a probability: that the effect is there. It is computed from how far the other candidates are
 behind, how far the strength is from zero, how much of the misfit the effect removes, whether a parameter is at the end
-of its range, and how many recordings there are. The weight of each was fitted to muscles whose physics is known
-(`config/policy.yaml`, entry `odds`; `./scripts/calibrate`). The runs below are of other muscles, which were not used
-for the fit. If the probabilities are right, nine of ten findings with 0.9 are right.
+of its range, and how many recordings there are. The weight of each was fitted to muscles whose physics is known, and
+scaled on muscles with forms of their physics on which nothing was tuned (`config/policy.yaml`, entry `odds`;
+`./scripts/calibrate`). The runs below are of other muscles, which were not used for either. If the probabilities are
+right, nine of ten findings with 0.9 are right.
 
 ![Share of findings that are right, over the probability stated](images/probabilities.png)
 
@@ -255,13 +282,12 @@ A finding is right where its effect was concealed in the muscle. A law without a
 not listed was concealed in its stage.
 
 A verdict that names something is as probable as that one of its findings is there. One that names nothing states how
-often such a verdict was right on the muscles that the weights were fitted to. `match` and
-`wrong_parameters` are right where nothing was concealed that could be seen; `unexplained`, where anything was. On the
-runs above:
+often such a verdict was right on the muscles that the weights were scaled on. `match` and `wrong_parameters` are right
+where nothing was concealed that could be seen; `unexplained`, where anything was. On the runs above:
 
 {verdicts}
 
-Made by `python -m proof.probability {command} --document`, from the folders of `./scripts/prove`.
+Made by `python -m proof.probability {command}{restated} --document`, from the folders of `./scripts/prove`.
 """
 
 
@@ -270,28 +296,34 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='python -m proof.probability', description=__doc__.splitlines()[0])
     parser.add_argument('runs', nargs='+', type=Path, help='folders of ./scripts/prove')
     parser.add_argument('--fit', action='store_true', help='weights for these runs, judged on cases left out')
-    parser.add_argument('--write', action='store_true', help='with --fit: to config/policy.yaml')
+    parser.add_argument('--rescale', action='store_true', help='the weights in force, scaled and shifted')
+    parser.add_argument('--write', action='store_true', help='with --fit or --rescale: to config/policy.yaml')
+    parser.add_argument('--restated', action='store_true', help='by the weights in force, from the evidence')
     parser.add_argument('--document', action='store_true', help='docs/probabilities.md and its figure')
     chosen = parser.parse_args(arguments)
     one_of_linear_algebra()
     runs = [run.name for run in chosen.runs]
+    fits = chosen.fit or chosen.rescale
+    weigh: Weigh = partial(rescaled, before=shipped().odds) if chosen.rescale else fitted
     try:
-        if chosen.fit and any(name.startswith('sealed') for name in runs):
-            raise BadInput('--fit: weights are never fitted to a sealed suite; expected development, varied or outside')
-        judged = [one for run in chosen.runs for one in read_run(run, doubtful=chosen.fit)]
+        if fits and any(name.startswith('sealed') for name in runs):
+            raise BadInput('--fit: weights are never fitted to a sealed suite; expected outside, development or varied')
+        judged = [one for run in chosen.runs for one in read_run(run, doubtful=fits)]
     except BadInput as mistake:
         print(f'proof.probability: {mistake}', file=sys.stderr)
         return 2
+    if chosen.restated:
+        judged = [replace(one, stated=round(probability(one.evidence, shipped().odds), 9)) for one in judged]
     right, counts = [one.right for one in judged], verdicts(chosen.runs)
-    print(text(left_out(judged) if chosen.fit else [one.stated for one in judged], right))
+    print(text(left_out(judged, weigh) if fits else [one.stated for one in judged], right))
     print('\n' + verdict_table(counts))
-    if chosen.fit:
-        weights = fitted(judged) | odds_of(counts)
+    if fits:
+        weights = weigh(judged) | odds_of(counts)
         print('\n' + '\n'.join(f'{name}: {weight}' for name, weight in weights.items()))
         if chosen.write:
             write_weights(weights, runs)
     if chosen.document:
-        PAGE.write_text(document(judged, runs, counts), encoding='utf-8')
+        PAGE.write_text(document(judged, runs, counts, chosen.restated), encoding='utf-8')
         draw([one.stated for one in judged], right, FIGURE)
     return 0
 

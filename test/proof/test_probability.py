@@ -7,7 +7,19 @@ import pytest
 import yaml
 
 from proof import probability as module
-from proof.probability import Judged, bins, fitted, left_out, main, odds_of, read_run, scores, verdicts, write_weights
+from proof.probability import (
+    Judged,
+    bins,
+    fitted,
+    left_out,
+    main,
+    odds_of,
+    read_run,
+    rescaled,
+    scores,
+    verdicts,
+    write_weights,
+)
 from tcp_muscle_ros.diagnosis.answer.probability import NAMELESS, TERMS, probability
 from tcp_muscle_ros.settings.policy import SHIPPED, read_policy
 
@@ -39,6 +51,15 @@ def test_weights_are_found_again_and_states_by_those_of_other_cases_are_right_as
     assert found['log score'] < found['log score of a constant']
     overstated = scores([min(one.stated + 0.3, 1.0) for one in judged], right)
     assert overstated['calibration error'] > 3.0 * found['calibration error']
+
+
+def test_log_odds_that_are_twice_too_large_are_halved():
+    findings = list(made(4000, 5))
+    before = {name: 2.0 * weight + (name == 'constant') for name, weight in TRUE_WEIGHTS.items()}
+    weights = rescaled(findings, before)
+    assert weights == pytest.approx(TRUE_WEIGHTS, abs=0.12)
+    ratio = weights['among_rivals'] / weights['left']
+    assert ratio == pytest.approx(before['among_rivals'] / before['left'], rel=0.02), 'what speaks for a finding stays'
 
 
 def test_bins_have_equal_count_and_hold_all():

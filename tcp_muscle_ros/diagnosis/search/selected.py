@@ -74,7 +74,7 @@ class Selection:
     model with changes for good that have no name. ``first``: how the first effect was picked. ``kept_back``: the
     unseen data. ``unnamed``: what the listed effects leave, where a law without a name explains it. ``bent``: the final
     model with a listed form as the recordings bend it, where they do. ``leads``: effects that came nearest and leave
-    too much to be named; ``doubtful``: those that are more likely absent than there.
+    too much to be named; ``doubtful``: weaker ones that are improbable.
     """
 
     calibrated: Fit
