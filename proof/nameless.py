@@ -31,7 +31,7 @@ ALONE, BESIDE, LISTED = 'alone', 'beside', 'listed'
 GROUPS = (ALONE, BESIDE, LISTED)
 COUNTS = {ALONE: 120, BESIDE: 60, LISTED: 60}
 SUITE = {ALONE: 'varied', BESIDE: 'varied', LISTED: 'sealed'}  # of the forms that listed effects take
-OLD = tuple(name for pool in UNLISTED for name in pool)
+OLD = tuple(name for pool in UNLISTED[:3] for name in pool)  # the fourth is for the weights of probabilities alone
 # Those that one continuous law at one stage, of one of the drivers that the package's free laws know, can be.
 CONTINUOUS = (*EXPRESSIBLE, 'boiling_film', 'cubic_softening', 'slow_stroke', 'touching_rail')
 OTHERS = ('recalibration', 'whiteness_bic')
