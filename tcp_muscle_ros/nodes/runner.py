@@ -41,7 +41,6 @@ from tcp_muscle_ros.nodes.topics import (
     LEASE,
     NAMELESS,
     NOBODY,
-    REMEMBERED,
     Commanders,
     another,
     name_of,
@@ -57,6 +56,8 @@ _SPEAKS_WITHIN = 60.0  # s, in which one that takes commands says what it measur
 _DIAGNOSED_WITHIN = 2.5  # s: they come once a second
 _COLD_WITHIN = 900.0  # s, in which a muscle cools
 _NAMED_WITHIN = 10.0  # s, in which a commander without a name gets one, or goes: a node of a moment ago, or this one
+# s, after which a run of the same name that stands has not been refused: that takes 15 s, and more on a busy machine.
+_STAYS = 60.0
 _LOOK = 1.0  # s between two looks at who else commands
 _TAIL = 0.2  # s of zero at the end of a part
 _SWITCH = 1e-4  # s that the recorder's thread may keep a command that is due from going out
@@ -197,7 +198,7 @@ class Runner:
         """BadInput where another node commands the muscle, by the graph of this node or by the driver's word.
 
         One of this node's name is given so long (s) to go: it may have been killed. A node that has just begun never
-        sees those, and should be gone before one that plays takes it for one that stays (REMEMBERED).
+        sees those, and should be gone before one that plays takes it for one that stays (_STAYS).
         """
 
         def others() -> set[str]:
@@ -223,7 +224,7 @@ class Runner:
 
     def _another(self) -> str:
         """Another commander, '' where there is none; one without a name only if the last look found it so too."""
-        others = self._others(REMEMBERED)
+        others = self._others(_STAYS)
         passing, self._nameless = not self._nameless, NAMELESS in others
         return min(others - {NAMELESS} if passing else others, default='')
 

@@ -71,7 +71,10 @@ def ended(bench, program, code):
     """Wait for the exit code, which may be that of a refusal."""
     if program in bench.programs:
         bench.programs.remove(program)  # the bench takes other codes than 0 for an accident
-    bench.until(lambda: program.process.poll() is not None, f'does not end: {program.said()}', 60.0)
+    try:
+        bench.until(lambda: program.process.poll() is not None, f'does not end: {program.said()}', 60.0)
+    finally:
+        bench.kill([program])  # one that plays on would be met by the next attempt, which nobody ends
     assert program.process.returncode == code, program.said()
     assert 'Traceback' not in program.said()
     return program.said()
@@ -191,9 +194,7 @@ def test_a_second_run_is_refused_and_the_first_goes_on(bench, muscle, tmp_path):
     said = ended(bench, second, 2)
     assert 'another /played/protocol_runner commands this muscle too; stop it first' in said
     assert not (tmp_path / 'second').exists()
-    # The second stood for LEASE before it was refused. In what is left the first would end, if it took it for one that
-    # stays; and in what it may have seen it late by.
-    time.sleep(REMEMBERED - LEASE + 5.0)
+    time.sleep(REMEMBERED - LEASE + 5.0)  # in which the first would end, if it took the second for one that stays
     assert muscle.current.last.data == 0.2
     first.process.send_signal(signal.SIGINT)
     assert 'interrupted, 0 A' in ended(bench, first, 130)
