@@ -7,16 +7,13 @@ Each run is looked at as it was recorded, and with each fault put in, as `tcp_mu
 look at it. With --write the table goes into docs/real_recordings.md. Without the data it says so and ends.
 """
 
-import argparse
-import os
-import sys
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import date
 from pathlib import Path
 
 import numpy as np
-from real_recordings import PAGE, ROOT
+from public_table import made_today, show
+from real_recordings import ROOT
 
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
@@ -24,7 +21,6 @@ from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.recording.inputs import hold
 from tcp_muscle_ros.recording.instruments import instrument_faults
 from tcp_muscle_ros.recording.recording import Channel, Recording
-from tcp_muscle_ros.report.marked import replace_marked
 
 OHM = 13.3  # of this rig's muscle, by its source
 SEVEN = 1.07
@@ -109,23 +105,13 @@ def table(runs: dict[str, Recording]) -> list[str]:
     return lines
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--data', type=Path, default=ROOT.parent / 'shared' / 'data', help='folder with the two rigs')
-    parser.add_argument('--write', action='store_true', help='put the table into docs/real_recordings.md')
-    given = parser.parse_args()
-    if not (given.data / 'tca_bench_rig').is_dir():
-        sys.exit(f'{given.data}: no tca_bench_rig here; see docs/real_recordings.md for where the recordings are from')
+def lines_of(data: Path) -> list[str]:
+    """The table of the runs of the bench rig."""
     import_map = read_import_map(ROOT / 'config' / 'import_tca_bench_rig.yaml')
-    found = import_runs(import_map, lab_files([given.data / 'tca_bench_rig']))
+    found = import_runs(import_map, lab_files([data / 'tca_bench_rig']))
     runs = {run.name: run.recording for run in found if 'outlier' not in run.name}
-    made = f'Made on {date.today()} on {os.cpu_count()} cores by `python scripts/instrument_faults.py --write`.'
-    text = '\n'.join([made, '', *table(runs)])
-    if given.write:
-        replace_marked(PAGE, 'faults', text)
-    else:
-        print(text)
+    return [*made_today(), *table(runs)]
 
 
 if __name__ == '__main__':
-    main()
+    show(__doc__, 'faults', lines_of)

@@ -9,20 +9,19 @@ each run, of that by time scale, and how well each run is predicted by the mean 
 stick and slip. With --write the tables go into docs/real_recordings.md. Without the data it says so and ends.
 """
 
-import argparse
 import sys
 from pathlib import Path
 
 import numpy as np
+from public_table import show
 from real_diagnoses import power_of
-from real_recordings import GROUPS, NOMINAL, PAGE, ROOT, Group, channel_of, experiments
+from real_recordings import GROUPS, NOMINAL, Group, channel_of, experiments
 
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, signature
 from tcp_muscle_ros.diagnosis.noise.repeatability import SCALES, Repeatability, repeatability
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.report.marked import replace_marked
 
 BEFORE = 2.0  # s shown before the power comes on
 HEADING = (
@@ -92,20 +91,11 @@ def table(group: Group, everything: dict[str, Experiment]) -> str:
     return '\n'.join([title, '', HEADING, *group_rows(group, everything), ''])
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--data', type=Path, default=ROOT.parent / 'shared' / 'data', help='folder with the two rigs')
-    parser.add_argument('--write', action='store_true', help='put the tables into docs/real_recordings.md')
-    given = parser.parse_args()
-    if not (given.data / 'tca_bench_rig').is_dir():
-        sys.exit(f'{given.data}: no tca_bench_rig here; see docs/real_recordings.md for where the recordings are from')
-    everything = experiments(given.data)
-    tables = '\n'.join(table(group, everything) for group in GROUPS)
-    if given.write:
-        replace_marked(PAGE, 'repeatability', tables)
-    else:
-        print(tables)
+def tables(data: Path) -> list[str]:
+    """The tables of all groups."""
+    everything = experiments(data)
+    return [table(group, everything) for group in GROUPS]
 
 
 if __name__ == '__main__':
-    main()
+    show(__doc__, 'repeatability', tables)

@@ -9,17 +9,14 @@ A second table does the same with a motion that this package's model did not mak
 about a path of first order. With --write both go into docs/real_recordings.md. Without the data it says so and ends.
 """
 
-import argparse
-import os
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import date
 from pathlib import Path
 
 import numpy as np
+from public_table import made_today, show
 from real_diagnoses import power_of, with_gain
-from real_recordings import NOMINAL, PAGE, ROOT, experiments
+from real_recordings import NOMINAL, experiments
 from repeatability import side_by_side
 
 from tcp_muscle_ros.diagnosis.answer.sticking import Imitation, imitation, stuck
@@ -32,7 +29,6 @@ from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.recording import Channel, Recording
-from tcp_muscle_ros.report.marked import replace_marked
 
 SEEDS = 20
 LED, FEW = 2, 4  # rounds in which a muscle is led, and simulations in each
@@ -200,28 +196,18 @@ def another_kind(seed: int) -> Experiment:
     return prepare(Recording('made', {n: Channel(n, *of, '') for n, of in channels.items()}, 0), NOMINAL)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--data', type=Path, default=ROOT.parent / 'shared' / 'data', help='folder with the two rigs')
-    parser.add_argument('--write', action='store_true', help='put the table into docs/real_recordings.md')
-    given = parser.parse_args()
-    if not (given.data / 'tca_bench_rig').is_dir():
-        sys.exit(f'{given.data}: no tca_bench_rig here; see docs/real_recordings.md for where the recordings are from')
+def table(data: Path) -> list[str]:
+    """The lines of the table: by power, over all, and of recordings that were made otherwise."""
     kinds: dict[str, list[Run]] = {}
-    for name, experiment in sorted(experiments(given.data).items()):
+    for name, experiment in sorted(experiments(data).items()):
         if name.startswith('stroke_'):
             kinds.setdefault(power_of(name), []).append(run_of(experiment))
     told = {kind: foretold(runs) for kind, runs in kinds.items()}
     rows = [HEADING, *(line(kind, mine) for kind, mine in told.items() if mine)]
     rows.append(line('**all**', [one for mine in told.values() for one in mine]))
     rows.append(line('made otherwise', foretold([run_of(another_kind(seed)) for seed in range(10)])))
-    made = f'Made on {date.today()} on {os.cpu_count()} cores by `python scripts/stick_slip_table.py --write`.'
-    text = '\n'.join([made, '', *rows])
-    if given.write:
-        replace_marked(PAGE, 'sticking', text)
-    else:
-        print(text)
+    return [*made_today(), *rows]
 
 
 if __name__ == '__main__':
-    main()
+    show(__doc__, 'sticking', table)

@@ -8,20 +8,16 @@ A run that ends against a stop (found from the recording alone) is calibrated wi
 and zero. With --write the table goes into docs/real_recordings.md. Without the data it says so and ends.
 """
 
-import argparse
-import os
-import sys
-from datetime import date
 from pathlib import Path
 
+from public_table import made_today, show
 from real_diagnoses import missed, power_of
-from real_recordings import NOMINAL, PAGE, ROOT, experiments
+from real_recordings import NOMINAL, experiments
 
 from tcp_muscle_ros.diagnosis.answer.notes import stop_of
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, calibrate
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.report.marked import replace_marked
 
 SOFT = 1e-3  # m, over which the stop sets in
 
@@ -33,15 +29,10 @@ def with_stop(muscle: Parameters, plain: Calibration, at: float) -> Parameters:
     return muscle.with_effects('coil_contact').replace(values)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--data', type=Path, default=ROOT.parent / 'shared' / 'data', help='folder with the two rigs')
-    parser.add_argument('--write', action='store_true', help='put the table into docs/real_recordings.md')
-    given = parser.parse_args()
-    if not (given.data / 'tca_bench_rig').is_dir():
-        sys.exit(f'{given.data}: no tca_bench_rig here; see docs/real_recordings.md for where the recordings are from')
+def table(data: Path) -> list[str]:
+    """The lines of the table, one a run that ends against a stop."""
     fits: dict[str, tuple[Experiment, float, Calibration, Calibration]] = {}
-    for name, run in sorted(experiments(given.data).items()):
+    for name, run in sorted(experiments(data).items()):
         stop = stop_of(run) if name.startswith('stroke_') else None
         if stop is not None:
             plain = calibrate([run], NOMINAL)
@@ -58,13 +49,8 @@ def main() -> None:
         else:
             cells += ['-'] * 3
         rows.append(f'| {name} | {1e3 * at:.1f} mm | {" | ".join(cells)} |')
-    made = f'Made on {date.today()} on {os.cpu_count()} cores by `python scripts/stop_table.py --write`.'
-    text = '\n'.join([made, '', *rows])
-    if given.write:
-        replace_marked(PAGE, 'stops', text)
-    else:
-        print(text)
+    return [*made_today(), *rows]
 
 
 if __name__ == '__main__':
-    main()
+    show(__doc__, 'stops', table)
