@@ -10,8 +10,9 @@ from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.handover import Handover
 from tcp_muscle_ros.control.inverse import Inverse
-from tcp_muscle_ros.control.safety import ASKED, CurrentWatch, FeedbackWatch, Limits, State
+from tcp_muscle_ros.control.safety import Limits, State
 from tcp_muscle_ros.control.tracking import Command, TrackingController
+from tcp_muscle_ros.control.watches import ASKED, CurrentWatch, FeedbackWatch
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.muscle.family import not_stated
 from tcp_muscle_ros.nodes.home import ControlHome

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from tcp_muscle_ros.control.inverse import Inverse
 from tcp_muscle_ros.control.observer import Noise, Observer
 from tcp_muscle_ros.control.offline import Sensors, run
-from tcp_muscle_ros.control.safety import FeedbackWatch
 from tcp_muscle_ros.control.setpoint import Slope
 from tcp_muscle_ros.control.tracking import MODES, Command, Settings
+from tcp_muscle_ros.control.watches import FeedbackWatch
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Parameters, simulate
 from tcp_muscle_ros.settings.operating import OPERATING
