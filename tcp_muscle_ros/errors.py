@@ -1,14 +1,39 @@
 """What a user got wrong, said in one line."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
+from dataclasses import dataclass
 from difflib import get_close_matches
+
+
+@dataclass(frozen=True)
+class Option:
+    """What a message names for its reader to give or to change: an option of a command, an argument in Python.
+
+    As text it is the option.
+    """
+
+    command: str
+    python: str
+
+    def __str__(self) -> str:
+        return self.command
 
 
 class BadInput(ValueError):
     """A user's mistake: one line that says what was wrong, where, and what was expected.
 
-    Programs turn it into exit code 2 without a traceback.
+    Its ``args`` are the parts of that line, texts and Options, so that whoever shows it has the words for its reader
+    (see ``interface/wording.py``). Programs turn it into exit code 2 without a traceback.
     """
+
+    def __str__(self) -> str:
+        return ''.join(map(str, self.args))
+
+    def replaced(self, old: str, new: str) -> BadInput:
+        """The same with other words in its texts: a path that the user gave for one that was made in its place."""
+        return BadInput(*(part.replace(old, new) if isinstance(part, str) else part for part in self.args))
 
 
 def install(extra: str) -> str:

@@ -79,12 +79,12 @@ def add_separate_argument(parser: argparse.ArgumentParser) -> None:
 def refuse_unknown(separate: Sequence[str]) -> None:
     """BadInput for the name of what no recording can have for itself."""
     from tcp_muscle_ros.diagnosis.model.tcp_muscle import SEPARABLE
-    from tcp_muscle_ros.errors import BadInput
+    from tcp_muscle_ros.errors import BadInput, Option
 
     for name in separate:
         if name not in SEPARABLE:
-            known = ', '.join(SEPARABLE)
-            raise BadInput(f'--separate {name}: expected one of {known}')
+            named = Option(f'--separate {name}', f"separate=('{name}',)")
+            raise BadInput(named, f': expected one of {", ".join(SEPARABLE)}')
 
 
 def admitted(recordings: Sequence[Recording], nominal: ParameterFile, most: int) -> list[Experiment]:

@@ -37,13 +37,13 @@ def run(args: argparse.Namespace) -> int:
     """Write the table: a row each time, a column each channel with its unit, empty where it has no sample; what holds
     until the next is said, and what is stated in words, in each row."""
     from tcp_muscle_ros.commands.bag_arguments import read_bags
-    from tcp_muscle_ros.files.outputs import in_place_of, refuse_among, writable_file
+    from tcp_muscle_ros.files.outputs import OUTPUT, in_place_of, refuse_among, writable_file
     from tcp_muscle_ros.recording.frames import aligned, stated
     from tcp_muscle_ros.recording.table_files import write_csv, write_parquet
 
     kind, path = _table(args)
     refuse_among(path, [args.bag])
-    output = writable_file(path, force=args.force, option='--output' if args.output else f'--{kind}')
+    output = writable_file(path, force=args.force, option=OUTPUT if args.output else f'--{kind}')
     (recording,) = read_bags(args, args.bag)
     time, columns = aligned(recording)
     columns |= _held(recording, time, columns) | stated(recording, len(time))

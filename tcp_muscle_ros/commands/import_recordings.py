@@ -7,7 +7,6 @@ the bags.
 from __future__ import annotations
 
 import argparse
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -68,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         for note in each.recording.notes:
             print(f'  note: {note}')
         for issue in check(each.recording):
-            print(f'  check: {_as_import_takes_it(issue, output / IMPORT_MAP, args.map)}')
+            print(f'  check: {_told(issue, output / IMPORT_MAP, args.map)}')
     for file in unclaimed(import_map, files):
         print(f'note: {file} matches no run of {args.map} and was left out')
     print(f'{len(runs)} run(s) imported to {output}')
@@ -92,20 +91,21 @@ def _say_understood(drafts: dict[Path, Sequence[DraftRun]], runs: list[Imported]
 def _in_units(drafts: Mapping[Path, Sequence[DraftRun]], units: Mapping[str, str]) -> Mapping[Path, Sequence[DraftRun]]:
     """The drafts with the numbers of some channels in another unit than was understood. BadInput: no such channel in
     any, no such unit, or a share of a length, which has none."""
+    from tcp_muscle_ros.recording import options
     from tcp_muscle_ros.recording.recording import channel_kind
     from tcp_muscle_ros.recording.units import UNITS, unit_of
 
     stated = {}
     columns = [column for runs in drafts.values() for run in runs for column in run.columns]
     for name, unit in units.items():
-        kind = channel_kind(name, '--unit')
+        kind = channel_kind(name, options.UNIT)
         of_channel = [column for column in columns if column.channel == kind.name]
         if not of_channel:
             known = [column.channel for column in columns]
             raise BadInput(f'--unit {name}: no column is a channel of this name{nearest(name, known)}')
         if any(column.scale != 1.0 for column in of_channel):
             raise BadInput(f'--unit {name}: it is a share, scaled by a length; change that in the map (--map)')
-        stated[kind.name] = unit_of(unit, UNITS[kind.unit].quantity, f'--unit {name}').name
+        stated[kind.name] = unit_of(unit, UNITS[kind.unit].quantity, options.unit(name)).name
 
     def changed(run: DraftRun) -> DraftRun:
         return replace(run, columns=tuple(replace(c, unit=stated.get(c.channel, c.unit)) for c in run.columns))
@@ -113,8 +113,10 @@ def _in_units(drafts: Mapping[Path, Sequence[DraftRun]], units: Mapping[str, str
     return {file: [changed(run) for run in runs] for file, runs in drafts.items()}
 
 
-def _as_import_takes_it(issue: Issue, made: Path, given: str | None) -> str:
-    """What a check says, which is of the options of commands that read a bag: here the map names the columns, and one
-    that was given the units, too."""
-    said = re.sub(r'say --channel \S+$', f'name the right column in {given or made} (--map)', issue.sentence)
-    return re.sub(r'say --unit \w+=', f'say so in {given}, unit: ', said) if given else said
+def _told(issue: Issue, made: Path, given: str | None) -> str:
+    """What a check says. Here the map, ``made`` or ``given``, names the columns; one that was given the units, too."""
+    found = issue.misread
+    if found is None:
+        return issue.sentence
+    unit = f'say so in {given}, unit: {" or ".join(found.guesses)}' if given else ''
+    return ''.join(map(str, found.told(unit, channel=f'name the right column in {given or made} (--map)')))

@@ -27,13 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def admit(args: argparse.Namespace) -> tuple[list[Recording], Path | None]:
     """All that can be refused before anything is drawn: the recordings, and where the picture goes."""
     from tcp_muscle_ros.commands.bag_arguments import read_bags
-    from tcp_muscle_ros.files.outputs import refuse_among
+    from tcp_muscle_ros.files.outputs import OUTPUT, refuse_among
     from tcp_muscle_ros.report.style import picture_path
 
     output = None
     if args.output is not None:
         refuse_among(args.output, args.bags)
-        output = picture_path(args.output, force=args.force, option='--output')
+        output = picture_path(args.output, force=args.force, option=OUTPUT)
     return read_bags(args, *args.bags), output
 
 

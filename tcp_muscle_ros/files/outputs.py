@@ -13,8 +13,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, Option
 
+OUTPUT, FORCE = Option('--output', 'path'), Option('--force', 'force=True')
 _HOLDER = '.unfinished-'  # begins the name of the folder beside an output in which it is made
 _OF_A_BAG = ('.mcap', '.db3', '.zstd')
 IMPORT_MAP = 'import_map.yaml'  # that `tcp_muscle import` was given or made, beside the bags
@@ -26,7 +27,7 @@ def add_force_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--force', action='store_true', help='replace existing output, once the new output is complete')
 
 
-def writable_folder(path: str | Path, *, force: bool = False, option: str = '--output') -> Path:
+def writable_folder(path: str | Path, *, force: bool = False, option: str | Option = OUTPUT) -> Path:
     """The path of a folder that is still to be made. BadInput where that is not possible, or something is there.
 
     ``force`` allows to replace a folder that this tool wrote: a bag, bags, or a report. ``option`` gave the path.
@@ -34,14 +35,14 @@ def writable_folder(path: str | Path, *, force: bool = False, option: str = '--o
     path = Path(path)
     if os.path.lexists(path):
         if not force:
-            raise BadInput(f'{path}: exists already and is not overwritten; give another {option}, or --force')
+            raise BadInput(f'{path}: exists already and is not overwritten; give another ', option, ', or ', FORCE)
         if not _is_ours(path):
-            raise BadInput(f'{path}: is no bag, folder of bags or report; --force replaces nothing else')
+            raise BadInput(f'{path}: is no bag, folder of bags or report; ', FORCE, ' replaces nothing else')
     above = next(folder for folder in path.absolute().parents if folder.exists())
     if not above.is_dir():
         raise BadInput(f'{path}: {above} is a file; expected a folder')
     if not os.access(above, os.W_OK | os.X_OK):
-        raise BadInput(f'{path}: nothing can be written in {above}; give another {option}')
+        raise BadInput(f'{path}: nothing can be written in {above}; give another ', option)
     return path
 
 
@@ -67,7 +68,7 @@ def _is_bag(path: Path) -> bool:
     )
 
 
-def writable_file(path: str | Path, *, force: bool = False, option: str = '--output') -> Path:
+def writable_file(path: str | Path, *, force: bool = False, option: str | Option = OUTPUT) -> Path:
     """The path of a file that is still to be written. BadInput where that is not possible, or something is there.
 
     ``force`` allows to replace a regular file. ``option`` gave the path.
@@ -79,9 +80,9 @@ def writable_file(path: str | Path, *, force: bool = False, option: str = '--out
         raise BadInput(f'{path}: its folder does not exist')
     if os.path.lexists(path):
         if not force:
-            raise BadInput(f'{path}: exists already and is not overwritten; give another {option}, or --force')
+            raise BadInput(f'{path}: exists already and is not overwritten; give another ', option, ', or ', FORCE)
         if not path.is_file():
-            raise BadInput(f'{path}: is no regular file; give another {option}')
+            raise BadInput(f'{path}: is no regular file; give another ', option)
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise BadInput(f'{path}: cannot be written')
     return path
@@ -118,7 +119,7 @@ def in_place_of(path: Path) -> Iterator[Path]:
         try:
             yield draft
         except BadInput as error:
-            raise BadInput(str(error).replace(str(draft), str(path))) from None
+            raise error.replaced(str(draft), str(path)) from None
         if draft.exists():
             _take_place(draft, place)
 

@@ -134,7 +134,7 @@ def _protocol_file(protocol: Protocol, folder: Path) -> Iterator[Path]:
     try:
         yield path
     except BadInput as mistake:
-        raise BadInput(str(mistake).replace(str(path), 'protocol')) from None
+        raise mistake.replaced(str(path), 'protocol') from None
 
 
 def _params_file(params: Params, folder: Path) -> str | Path:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias, Union, cast
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.interface.wording import in_python
+from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.frames import of_frame, to_frame
 from tcp_muscle_ros.recording.recording import Recording, channel_kind
 from tcp_muscle_ros.recording.units import UNITS, unit_of
@@ -55,7 +56,8 @@ def load(
         return to_frame(_taken_as(_of_frame(source, channels), units or {}))
     recording = recording_of(source, run)
     if channels:
-        raise BadInput(f'{recording.path}: channels name those of bags and frames; a file has a map for it (--map)')
+        mend = 'a file has a map for it (tcp_muscle import --map)'
+        raise BadInput(f'{recording.path}: channels name those of bags and frames; {mend}')
     return to_frame(_taken_as(recording, units or {}))
 
 
@@ -93,12 +95,14 @@ def _taken_as(recording: Recording, units: Mapping[str, str]) -> Recording:
     """The recording with a channel's numbers taken in another unit."""
     channels = dict(recording.channels)
     for name, unit in units.items():
-        kind = channel_kind(name, '--unit')
+        kind = channel_kind(name, options.UNIT)
         if kind.name not in channels:
-            raise BadInput(f'--unit {name}: {recording.path} has no channel of this name{nearest(name, channels)}')
+            raise BadInput(
+                options.unit(name), f': {recording.path} has no channel of this name{nearest(name, channels)}'
+            )
         quantity, channel = UNITS[kind.unit].quantity, channels[kind.name]
         was = unit_of(recording.unit(kind.name), quantity, recording.path)
-        right = unit_of(unit, quantity, f'--unit {name}')
+        right = unit_of(unit, quantity, options.unit(name))
         channels[kind.name] = replace(channel, value=right.to_si(was.from_si(channel.value)))
     return replace(recording, channels=channels)
 

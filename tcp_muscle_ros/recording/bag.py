@@ -9,7 +9,8 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, Option
+from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.bag_channels import JOINT_STATES, Source, sources_of
 from tcp_muscle_ros.recording.bag_files import Bag
 from tcp_muscle_ros.recording.cdr import DTYPES, Index, field_path
@@ -108,7 +109,7 @@ class _Reader:
         types, kind = self.bag.types(name), self.bag.topics[name].message_type
         paths = {}
         for source in self._asked.get(name, ()):
-            where = f'--channel {source.channel}' if source.explicit else f'{self.bag.path}: {name}'
+            where = options.channel(source.channel) if source.explicit else f'{self.bag.path}: {name}'
             paths[source.channel] = field_path(types, kind, source.field or _own_number(types, kind, where), where)
         return Topic(kind, types, paths)
 
@@ -139,7 +140,8 @@ class _Reader:
             kind = self.bag.topics[name].message_type
             self.notes.append(f'{name}: {topic.broken} message(s) do not parse as {kind} and were left out')
         if source.explicit and not present.any() and len(values) > topic.broken:
-            raise BadInput(f'--channel {source.channel}: {name} has no {source.field}: {self._how_many(source)}')
+            what = f': {name} has no {source.field}: {self._how_many(source)}'
+            raise BadInput(options.channel(source.channel), what)
         if not present.all() and present.any() and topic.broken < np.count_nonzero(~present):
             missing = np.count_nonzero(~present) - topic.broken
             self.notes.append(f"{name}: {missing} message(s) without '{source.field}' were left out")
@@ -208,14 +210,15 @@ def _increase(time: Index) -> bool:
     return bool(np.all(time[1:] > time[:-1]))
 
 
-def _own_number(types: 'Typesdict', kind: str, where: str) -> str:
+def _own_number(types: 'Typesdict', kind: str, where: str | Option) -> str:
     """The field that is meant when none is named: ``data``, a quantity named as its type, or the only number."""
     numbers = [name for name, desc in types[kind][1] if desc[0] == Nodetype.BASE and desc[1][0] in DTYPES]
     for name in ('data', kind.rpartition('/')[2].lower(), *(numbers if len(numbers) == 1 else ())):
         if name in numbers:
             return str(name)
     fields = ', '.join(name for name, _ in types[kind][1])
-    raise BadInput(f'{where}: {kind} has no single number; say which field, as --channel NAME=TOPIC.FIELD: {fields}')
+    example = options.some_channel('NAME', 'TOPIC.FIELD')
+    raise BadInput(where, f': {kind} has no single number; say which field, as ', example, f': {fields}')
 
 
 def _in_order(time: Index, value: Array, source: Source, notes: list[str]) -> tuple[Index, Array]:

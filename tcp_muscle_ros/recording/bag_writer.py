@@ -14,6 +14,7 @@ import yaml
 from rosbags.typesys import Stores, get_typestore
 
 from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.files.outputs import OUTPUT
 from tcp_muscle_ros.recording.cdr import Bytes, Index
 from tcp_muscle_ros.recording.mcap_writer import Batch, McapWriter
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Recording
@@ -49,7 +50,7 @@ def refuse_existing(path: str | Path) -> Path:
     """The path of a new output. BadInput if something is there already: nothing is overwritten."""
     path = Path(path)
     if path.exists():
-        raise BadInput(f'{path}: exists already and is not overwritten; give another --output or remove it')
+        raise BadInput(f'{path}: exists already and is not overwritten; give another ', OUTPUT, ' or remove it')
     return path
 
 

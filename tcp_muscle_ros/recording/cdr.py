@@ -15,7 +15,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 
-from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.errors import BadInput, Option, nearest
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import FieldDesc, Typesdict
@@ -64,31 +64,31 @@ def gather(buffer: Bytes, position: Index, dtype: str) -> NDArray[np.generic]:
     return numbers
 
 
-def field_path(types: 'Typesdict', typename: str, text: str, where: str) -> FieldPath:
+def field_path(types: 'Typesdict', typename: str, text: str, where: str | Option) -> FieldPath:
     """The path of a numeric field written as ``position[0]`` or ``pose.position.x``; BadInput if there is none."""
     path: list[str | int] = []
     desc: FieldDesc = (Nodetype.NAME, typename)
     for part in text.split('.'):
         name, *indices = part.replace(']', '').split('[')
         if desc[0] != Nodetype.NAME:
-            raise BadInput(f"{where}: '{'.'.join(map(str, path))}' of {typename} has no fields, got '{text}'")
+            raise BadInput(where, f": '{'.'.join(map(str, path))}' of {typename} has no fields, got '{text}'")
         fields = dict(types[desc[1]][1])
         if name not in fields:
-            raise BadInput(f"{where}: {desc[1]} has no field '{name}'{nearest(name, fields)}")
+            raise BadInput(where, f": {desc[1]} has no field '{name}'{nearest(name, fields)}")
         path.append(name)
         desc = fields[name]
         for index in indices:
             if desc[0] not in (Nodetype.ARRAY, Nodetype.SEQUENCE) or not index.isdigit():
-                raise BadInput(f"{where}: '[{index}]' of '{text}' indexes nothing in {typename}")
+                raise BadInput(where, f": '[{index}]' of '{text}' indexes nothing in {typename}")
             path.append(int(index))
             desc = desc[1][0]
     if desc[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        raise BadInput(f"{where}: '{text}' of {typename} is a sequence, say which element, for example '{text}[0]'")
+        raise BadInput(where, f": '{text}' of {typename} is a sequence, say which element, for example '{text}[0]'")
     if desc[0] == Nodetype.NAME:
         inner = list(dict(types[desc[1]][1]))
-        raise BadInput(f"{where}: '{text}' of {typename} is no number, its fields are: {', '.join(inner)}")
+        raise BadInput(where, f": '{text}' of {typename} is no number, its fields are: {', '.join(inner)}")
     if desc[1][0] not in DTYPES:
-        raise BadInput(f"{where}: '{text}' of {typename} is a {desc[1][0]}, expected a number")
+        raise BadInput(where, f": '{text}' of {typename} is a {desc[1][0]}, expected a number")
     return tuple(path)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tcp_muscle_ros.recording.inputs import drive_of, hold
 from tcp_muscle_ros.recording.instruments import ROUNDED, instrument_faults
-from tcp_muscle_ros.recording.plausibility import unit_sentence
+from tcp_muscle_ros.recording.plausibility import Misread, misread
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Recording
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -22,12 +22,14 @@ class Issue(NamedTuple):
     kind      gap, pause, jitter, duplicate, backwards, stuck, not_finite, saturation, quantisation, unit, short, and
               of instruments: held, tone, switch, clock, contradiction, undersampled
     interval  s from the recording's start, from where to where it was seen
+    misread   of a unit: what was found, for who has other words than the options of the commands
     """
 
     channel: str
     kind: str
     interval: tuple[float, float]
     sentence: str
+    misread: Misread | None = None
 
 
 _GAP = 5.0  # periods without a sample
@@ -289,6 +291,7 @@ def _quantisation(name: str, time: Array, value: Array) -> Iterator[Issue]:
 
 
 def _unit(name: str, time: Array, value: Array) -> Iterator[Issue]:
-    told = unit_sentence(name, value)
-    if told:
-        yield Issue(name, 'unit', (float(time[0]), float(time[-1])), told)
+    found = misread(name, value)
+    if found is not None:
+        told = ''.join(map(str, found.told()))
+        yield Issue(name, 'unit', (float(time[0]), float(time[-1])), told, found)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tcp_muscle_ros.errors import BadInput, install, nearest
+from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.inputs import stated_ambient
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
 from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording, channel_kind
@@ -98,9 +99,9 @@ def _chosen(frame: 'pd.DataFrame', name: str, channels: Mapping[str, str]) -> di
     columns = [str(column) for column in frame.columns]
     chosen = {}
     for channel, column in channels.items():
-        kind = channel_kind(channel, '--channel')
+        kind = channel_kind(channel, options.CHANNEL)
         if column not in columns:
-            raise BadInput(f"--channel {channel}: {name} has no column '{column}'{nearest(column, columns)}")
+            raise BadInput(options.channel(channel), f": {name} has no column '{column}'{nearest(column, columns)}")
         chosen[column] = kind.name
     return chosen
 

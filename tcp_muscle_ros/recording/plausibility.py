@@ -4,12 +4,13 @@ A model would fit such a recording somehow and give the misfit a name. What is f
 it, so each finding is refused in one line that says how.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import lfilter
 
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, Option
+from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.inputs import changes, distance, drive_of, hold, stated_ambient
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
 from tcp_muscle_ros.recording.signs import refuse_signs, turned
@@ -84,8 +85,30 @@ def refuse_implausible(recording: Recording, ambient: float | None = None) -> No
     refuse_signs(recording)
 
 
-def unit_sentence(name: str, value: Array, taken_as: str = '') -> str | None:
-    """That a channel's values (SI) are in another unit or another channel's; None where they are a muscle's.
+@dataclass(frozen=True)
+class Misread:
+    """A channel whose values no muscle shows: they are in another unit than they were taken to be in, or another's."""
+
+    channel: str
+    typical: float  # in ``unit``
+    unit: str  # that its numbers were taken to be in
+    guesses: tuple[str, ...]  # the units in which they would be a muscle's; '...' where there are none
+
+    def told(self, unit: str = '', channel: str = '') -> list[str | Option]:
+        """What is wrong, and what mends it: by the options of who reads a bag, unless a wrong ``unit`` or a wrong
+        ``channel`` is mended otherwise."""
+        units = [part for guess in self.guesses for part in (' or ', options.this_unit(self.channel, guess))][1:]
+        return [
+            f'{self.channel} is about {self.typical:.4g} {self.unit}, which is no plausible value: '
+            'if it is recorded in another unit, ',
+            *([unit] if unit else ['say ', *units]),
+            '; if it is something else that was recorded, ',
+            *([channel] if channel else ['say ', options.some_channel(self.channel)]),
+        ]
+
+
+def misread(name: str, value: Array, taken_as: str = '') -> Misread | None:
+    """Whether a channel's values (SI) are in another unit or another channel's; None where they are a muscle's.
 
     ``taken_as``: the unit in which its numbers were taken to be, where not the contract's.
     """
@@ -97,11 +120,7 @@ def unit_sentence(name: str, value: Array, taken_as: str = '') -> str | None:
     guesses = _guesses(name, stated.from_si(value), stated)
     # A force in mN or in g is as likely; of the others the first is far more so.
     guesses = guesses if stated.quantity == 'force' else guesses[:1]
-    unit = ' or '.join(f'--unit {name}={guess}' for guess in guesses or ['...'])
-    return (
-        f'{name} is about {shown:.4g} {stated.name}, which is no plausible value: if it is recorded in another unit, '
-        f'say {unit}; if it is something else that was recorded, say --channel {name}=TOPIC'
-    )
+    return Misread(name, shown, stated.name, tuple(guesses) or ('...',))
 
 
 def _guesses(name: str, raw: Array, stated: Unit) -> list[str]:
@@ -120,9 +139,9 @@ def _guesses(name: str, raw: Array, stated: Unit) -> list[str]:
 
 
 def _refuse_level(recording: Recording, channel: Channel) -> None:
-    told = unit_sentence(channel.name, channel.value, recording.unit(channel.name))
-    if told:
-        raise BadInput(f'{recording.path}: {told}')
+    found = misread(channel.name, channel.value, recording.unit(channel.name))
+    if found is not None:
+        raise BadInput(f'{recording.path}: ', *found.told())
 
 
 def _refuse_overlap(recording: Recording, channel: Channel) -> None:
@@ -173,8 +192,10 @@ def _refuse_scale(recording: Recording, ambient: float | None) -> None:
         where = 'before it is heated' if rests is not None else 'where it cools down to'
         raise BadInput(
             f'{recording.path}: temperature rests at {UNITS[said].from_si(rest):.1f} {said} {where}, which in {meant} '
-            f'would be a room of {UNITS["degC"].from_si(value):.1f} degC: recorded in {meant}, not {said}? Then say '
-            f'--unit temperature={meant}; in a warm or cold chamber state ambient_temperature_c in --params'
+            f'would be a room of {UNITS["degC"].from_si(value):.1f} degC: recorded in {meant}, not {said}? Then say ',
+            options.this_unit('temperature', meant),
+            '; in a warm or cold chamber state ambient_temperature_c in ',
+            options.PARAMS,
         )
 
 
@@ -188,7 +209,8 @@ def _refuse_other_room(recording: Recording, rest: float) -> None:
     if abs(UNITS[meant].to_si(shown) - rest) <= 8.0:
         raise BadInput(
             f'{recording.path}: ambient is about {shown:.1f} {said}, but temperature rests at '
-            f'{UNITS["degC"].from_si(rest):.1f} degC: if ambient is recorded in {meant}, say --unit ambient={meant}'
+            f'{UNITS["degC"].from_si(rest):.1f} degC: if ambient is recorded in {meant}, say ',
+            options.this_unit('ambient', meant),
         )
 
 
@@ -252,8 +274,9 @@ def _refuse_slope(recording: Recording) -> None:
     if slope > _STEEPEST and float(np.corrcoef(temperature, resistance)[0, 1]) > _SURE:
         raise BadInput(
             f'{recording.path}: resistance rises by {100 * slope:.0f} % a kelvin, a metal by about 0.4 %: are '
-            f'{T.topic} and {R.topic} swapped (--channel temperature={R.topic} --channel resistance={T.topic}), or in '
-            'another unit?'
+            f'{T.topic} and {R.topic} swapped (',
+            options.these_channels({'temperature': R.topic, 'resistance': T.topic}),
+            '), or in another unit?',
         )
 
 
@@ -276,5 +299,6 @@ def _refuse_leaps(recording: Recording, name: str) -> None:
         raise BadInput(
             f'{recording.path}: {name} jumps by up to {np.abs(step[stays]).max() / span:.0%} of its range within a '
             f'sample, {len(stays)} times, but heat takes seconds: does {channel.topic} carry an input? Say '
-            f'which is which with --channel {name}=TOPIC'
+            'which is which with ',
+            options.some_channel(name),
         )

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.errors import BadInput, Option, nearest
 
 Array = NDArray[np.float64]
 _Numbers = TypeVar('_Numbers', bound=NDArray[Any])
@@ -68,11 +68,11 @@ def shared(new: _Numbers, others: Iterable[_Numbers]) -> _Numbers:
     return next((other for other in others if np.array_equal(new, other)), new)
 
 
-def channel_kind(name: str, where: str) -> ChannelKind:
+def channel_kind(name: str, where: str | Option) -> ChannelKind:
     """The kind of a channel by its name or that of its topic. BadInput, begun with `where`, for an unknown one."""
     kind = CHANNELS.get(name) or next((kind for kind in CHANNELS.values() if kind.topic == name), None)
     if kind is None:
-        raise BadInput(f"{where}: unknown channel '{name}'{nearest(name, CHANNELS)}")
+        raise BadInput(where, f": unknown channel '{name}'{nearest(name, CHANNELS)}")
     return kind
 
 

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.inputs import drive_of, hold
 from tcp_muscle_ros.recording.recording import Array, Channel, Recording
 from tcp_muscle_ros.recording.units import unit_of
@@ -33,13 +34,15 @@ def refuse_signs(recording: Recording) -> None:
         if channel is not None and not _load_changes(recording) and _falls_when_heated(recording, channel, drive):
             raise BadInput(
                 f'{recording.path}: {name} falls when the muscle is heated, but {what}: if {channel.topic} '
-                f'{otherwise}, say --unit {name}={turned(recording.unit(name))}'
+                f'{otherwise}, say ',
+                options.this_unit(name, turned(recording.unit(name))),
             )
     channel = recording.channels.get('temperature')
     if channel is not None and _falls_when_heated(recording, channel, drive):
         raise BadInput(
             f'{recording.path}: temperature falls when the muscle is heated: are the leads of the thermocouple '
-            f'swapped? If {channel.topic} carries something else, say --channel temperature=TOPIC'
+            f'swapped? If {channel.topic} carries something else, say ',
+            options.some_channel('temperature'),
         )
 
 
@@ -56,7 +59,8 @@ def _refuse_push(recording: Recording) -> None:
     shown = unit_of(unit, 'force', recording.path).from_si(-pull)
     raise BadInput(
         f'{recording.path}: force is about {shown:.3g} {unit} throughout, but is tension, positive when it pulls: if '
-        f'{channel.topic} counts compression, say --unit force={turned(unit)}'
+        f'{channel.topic} counts compression, say ',
+        options.this_unit('force', turned(unit)),
     )
 
 

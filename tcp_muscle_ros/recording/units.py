@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp_muscle_ros.errors import BadInput, nearest
+from tcp_muscle_ros.errors import BadInput, Option, nearest
 
 Value = TypeVar('Value', float, NDArray[np.float64])
 
@@ -74,7 +74,7 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
 )
 
 
-def unit_of(name: object, quantity: str, where: str) -> Unit:
+def unit_of(name: object, quantity: str, where: str | Option) -> Unit:
     """The unit `name`, which must measure `quantity`. BadInput, begun with `where`, names the nearest valid one.
 
     A minus before it turns the sign: ``-mm`` of a displacement that was recorded as a length.
@@ -85,9 +85,9 @@ def unit_of(name: object, quantity: str, where: str) -> Unit:
     fitting = [unit.name for unit in UNITS.values() if unit.quantity == quantity]
     known = UNITS.get(name) if isinstance(name, str) else None
     if known is None:
-        raise BadInput(f"{where}: unknown unit '{name}'{nearest(str(name), fitting)}")
+        raise BadInput(where, f": unknown unit '{name}'{nearest(str(name), fitting)}")
     if known.quantity != quantity:
         raise BadInput(
-            f"{where}: '{name}' is a unit of {known.quantity}, expected one of {quantity}: {', '.join(fitting)}"
+            where, f": '{name}' is a unit of {known.quantity}, expected one of {quantity}: {', '.join(fitting)}"
         )
     return known

@@ -10,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, Option
 from tcp_muscle_ros.files.outputs import writable_file
 from tcp_muscle_ros.muscle.arrays import Array
 
+FIGURE = Option('--figure', 'path')
 RECORDED, PREDICTED, IMPROVED, SETPOINT, DRIVE = '#000000', '#D55E00', '#0072B2', '#009E73', '#CC79A7'
 BEFORE, AFTER, HEATING, COOLING, LOAD, OTHER = PREDICTED, IMPROVED, '#D55E00', '#56B4E9', '#009E73', '#888888'
 CHANNEL_AXIS = {
@@ -68,7 +69,7 @@ def _plain(axes: list[Axes]) -> None:
         axis.spines[['top', 'right']].set_visible(False)
 
 
-def picture_path(path: str | Path, *, force: bool = False, option: str = '--figure') -> Path:
+def picture_path(path: str | Path, *, force: bool = False, option: str | Option = FIGURE) -> Path:
     """The path of a picture that is still to be drawn. BadInput where that is not possible, or something is there.
 
     ``option`` gave the path.

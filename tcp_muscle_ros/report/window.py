@@ -5,6 +5,7 @@ import os
 from matplotlib.figure import Figure
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.outputs import OUTPUT
 
 _TOOLKITS = ('QtAgg', 'TkAgg', 'GTK4Agg', 'GTK3Agg', 'WXAgg')
 
@@ -14,11 +15,11 @@ def window() -> Figure:
     import matplotlib.pyplot as plt
 
     if not (os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')):
-        raise BadInput('there is no display for a window; draw to a file with --output PICTURE.png')
+        raise BadInput('there is no display for a window; draw to a file with ', OUTPUT, ' PICTURE.png')
     if any(map(_works, _TOOLKITS)):
         return plt.figure(layout='constrained')
     raise BadInput(
-        'no toolkit for windows is installed (python3-tk, or PyQt); draw to a file with --output PICTURE.png'
+        'no toolkit for windows is installed (python3-tk, or PyQt); draw to a file with ', OUTPUT, ' PICTURE.png'
     )
 
 

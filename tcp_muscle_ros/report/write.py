@@ -6,7 +6,7 @@ from pathlib import Path
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.files.outputs import in_place_of, writable_folder
+from tcp_muscle_ros.files.outputs import FORCE, OUTPUT, in_place_of, writable_folder
 from tcp_muscle_ros.report.diagnosis_figures import draw_all
 from tcp_muscle_ros.report.intervals_file import write_intervals
 from tcp_muscle_ros.report.next_steps import Asked
@@ -38,7 +38,7 @@ def refuse_report(directory: str | Path, *, force: bool = False) -> Path:
     if path.exists() and not path.is_dir():
         raise BadInput(f'{path}: is a file; expected a folder that does not exist yet')
     if path.is_dir() and not force:
-        raise BadInput(f'{path}: is not empty and is not overwritten; give another --output, or --force')
+        raise BadInput(f'{path}: is not empty and is not overwritten; give another ', OUTPUT, ', or ', FORCE)
     return writable_folder(path, force=force)
 
 

@@ -52,7 +52,7 @@ def read(path: str | Path) -> ParameterFile:
     try:
         return from_names(flat)
     except BadInput as mistake:
-        raise BadInput(f'{path}: {mistake}') from None
+        raise BadInput(f'{path}: ', *mistake.args) from None
 
 
 def from_names(flat: Mapping[str, object]) -> ParameterFile:

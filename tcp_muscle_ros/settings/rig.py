@@ -235,7 +235,7 @@ def _limits(entry: Section) -> RigLimits:
             try:
                 given[name] = read_value(row, entry[name])
             except BadInput as mistake:
-                raise BadInput(f'{entry.where}: {mistake}') from None
+                raise BadInput(f'{entry.where}: ', *mistake.args) from None
     return RigLimits(
         largest_current=float(given['largest_current_a']),
         highest_temperature=float(given['highest_temperature_c']) + ZERO_CELSIUS,

@@ -85,6 +85,16 @@ def test_a_unit_that_import_asks_for_is_one_that_it_takes(tmp_path, capsys, monk
     assert 'say so in lab/import_map.yaml, unit: mm; if it is' in capsys.readouterr().out
 
 
+def test_each_unit_that_may_be_meant_is_said_as_the_map_takes_it(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = ''.join(f'{t / 10},{0.25 * (t > 20)},{500 + min(t, 60)}\n' for t in range(100))
+    Path('h.csv').write_text('time_s,current_A,force_N\n' + rows)
+    assert main(['import', 'h.csv', '--output', 'lab']) == 0
+    assert 'say --unit force=mN or --unit force=g; if it is' in capsys.readouterr().out
+    assert main(['import', 'h.csv', '--output', 'again', '--map', 'lab/import_map.yaml']) == 0
+    assert 'say so in lab/import_map.yaml, unit: mN or g; if it is' in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ('options', 'says'),
     [

@@ -2,6 +2,7 @@
 
 import doctest
 import importlib.util
+import pickle
 import re
 import subprocess
 import sys
@@ -17,7 +18,9 @@ import tcp_muscle_ros as tcp
 from tcp_muscle_ros import interface
 from tcp_muscle_ros.commands.progress import Progress
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.interface.wording import in_python
 from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.recording.options import this_unit
 from tcp_muscle_ros.settings.intervals import variants
 from tcp_muscle_ros.settings.parameter_file import read, write
 
@@ -204,6 +207,17 @@ def test_a_message_names_arguments_and_not_options(frame, call, said):
     with pytest.raises(BadInput, match=said) as raised:
         call(frame)
     assert '--' not in str(raised.value).replace('tcp_muscle import --map', '')
+
+
+def test_what_mends_a_mistake_stays_an_option_of_its_reader_where_the_mistake_is_passed_on():
+    passed = pickle.loads(pickle.dumps(BadInput('/tmp/draft: say ', this_unit('load', 'g')).replaced('/tmp/', '')))
+    assert str(passed) == 'draft: say --unit load=g'
+    with pytest.raises(BadInput, match=r"^draft: say load\(\.\.\., units=\{'load': 'g'\}\)$"):
+        in_python(raising)(passed)
+
+
+def raising(mistake):
+    raise mistake
 
 
 def test_a_bag_that_is_recorded_otherwise_is_told_the_arguments_of_load(tmp_path):

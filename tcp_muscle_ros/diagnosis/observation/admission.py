@@ -13,9 +13,10 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.scatter import white_sigma
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, Option
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.plausibility import refuse_implausible
 from tcp_muscle_ros.recording.recording import CHANNELS, Recording
 from tcp_muscle_ros.recording.units import UNITS, unit_of
@@ -27,7 +28,7 @@ _ALIKE = 0.9  # correlation from which on a channel is the model's but for a fac
 _TWINKLES = 6.0  # standard deviations of a mean of samples, within which nothing moves
 _FIRST = 0.2  # of what a factor says, and five times that: another unit explains it
 _PARTS = 20  # of a recording, whose means are compared
-_STATE = 'or state that of this muscle in --params'
+_STATE = ('; or state that of this muscle in ', options.PARAMS)
 
 
 def admit(recording: Recording, muscle: Parameters, *, ambient: float | None, load: float | None) -> None:
@@ -60,10 +61,12 @@ def _refuse_pull(recording: Recording, muscle: Parameters, load: float | None) -
             shown = unit_of(taken.lstrip('-'), 'force', recording.path).from_si(force)
             grams = '-g' if taken.startswith('-') else 'g'
             raw = f'state it in N, not g ({force:g} g are {UNITS["g"].to_si(force):.3g} N)'
-            mend = raw if stated else f'if it is recorded in g, say --unit {name}={grams}'
             raise BadInput(
                 f'{recording.path}: {name} is about {shown:.4g} {taken}, which would draw this muscle (k0 = '
-                f'{muscle["k0"]:.4g} N/m) to {stretch:.0f} times its length: {mend}; {_STATE} (k0)'
+                f'{muscle["k0"]:.4g} N/m) to {stretch:.0f} times its length: ',
+                *([raw] if stated else _if_in('g', options.this_unit(name, grams))),
+                *_STATE,
+                ' (k0)',
             )
 
 
@@ -77,10 +80,11 @@ def _refuse_resistance(recording: Recording, muscle: Parameters) -> None:
         return
     raw = unit_of(taken, 'resistance', recording.path).from_si(typical)
     fitting = [u.name for u in UNITS.values() if u.quantity == 'resistance' and 0.1 < u.to_si(raw) / muscle['R0'] < 10]
-    mend = f'if it is recorded in {fitting[0]}, say --unit resistance={fitting[0]}' if fitting else 'check its unit'
     raise BadInput(
-        f'{recording.path}: resistance is about {raw:.4g} {taken}, this muscle has {muscle["R0"]:.4g} ohm: {mend}; '
-        f'{_STATE} (R0)'
+        f'{recording.path}: resistance is about {raw:.4g} {taken}, this muscle has {muscle["R0"]:.4g} ohm: ',
+        *(_if_in(fitting[0], options.this_unit('resistance', fitting[0])) if fitting else ['check its unit']),
+        *_STATE,
+        ' (R0)',
     )
 
 
@@ -108,8 +112,9 @@ def refuse_other_scale(experiment: Experiment, muscle: Parameters, recording: Re
         kind = experiment.imposed.kind
         more = f'{factor:.1e} times as much' if factor > 1.0 else f'{1.0 / factor:.1e} times less'
         raise BadInput(
-            f'{experiment.name}: {name} moves as this muscle would under this {kind}, but {more}: '
-            f'{_other_unit(recording, kind, name, factor)}; {_STATE}'
+            f'{experiment.name}: {name} moves as this muscle would under this {kind}, but {more}: ',
+            *_other_unit(recording, kind, name, factor),
+            *_STATE,
         )
 
 
@@ -139,15 +144,22 @@ def _drive(kind: str, heat: float) -> float:
     return heat if kind == 'power' else float(np.sqrt(heat))
 
 
-def _other_unit(recording: Recording, kind: str, name: str, factor: float) -> str:
+def _if_in(unit: str, option: Option, what: str = 'it') -> list[str | Option]:
+    """What to say if something is recorded in a unit."""
+    return [f'if {what} is recorded in {unit}, say ', option]
+
+
+def _other_unit(recording: Recording, kind: str, name: str, factor: float) -> list[str | Option]:
     """Which units of the input or of a channel would explain that the channel moves so many times as much."""
     found = [
-        f'if {each} is recorded in {unit}, say --unit {each}={unit}'
+        _if_in(unit, options.this_unit(each, unit), each)
         for each, ratio in ((kind, _drive(kind, factor)), (name, 1.0 / factor))
         if each in recording
         for unit in _larger(recording.unit(each), each, ratio)
     ]
-    return ', or '.join(found) or f'check the units of {kind} and {name} (--unit NAME=UNIT)'
+    if not found:
+        return [f'check the units of {kind} and {name} (', options.this_unit('NAME', 'UNIT'), ')']
+    return [part for mend in found for part in (', or ', *mend)][1:]
 
 
 def _larger(taken: str, name: str, ratio: float) -> list[str]:

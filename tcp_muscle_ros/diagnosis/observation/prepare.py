@@ -13,6 +13,7 @@ from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.observation.quotient import nearest_reading, quotient
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.inputs import changes, drive_of, hold, stated_ambient
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recording, shared
 
@@ -86,8 +87,9 @@ def _drive(recording: Recording) -> Channel:
     drive = drive_of(recording)
     if drive is None:
         raise BadInput(
-            f'{recording.path}: no input recorded: expected a channel current, power or voltage '
-            '(name one with --channel current=TOPIC)'
+            f'{recording.path}: no input recorded: expected a channel current, power or voltage (name one with ',
+            options.some_channel('current'),
+            ')',
         )
     return drive
 

@@ -16,6 +16,7 @@ from tcp_muscle_ros.recording.lab.preamble import rest_length
 from tcp_muscle_ros.recording.lab.times import kind_of
 from tcp_muscle_ros.recording.lab.timing import times as times_of
 from tcp_muscle_ros.recording.lab.vocabulary import RATIOS, SHARES
+from tcp_muscle_ros.recording.options import A_MAP
 from tcp_muscle_ros.recording.plausibility import USUAL
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array
 from tcp_muscle_ros.recording.units import UNITS
@@ -158,7 +159,9 @@ def _drafted(each: Candidate, length: float | None, way: Warmth, path: Path) -> 
     if kind in ('distance', 'strain') and falls is None:
         raise BadInput(
             f'{path}: {ref}: a {kind} that grows or falls as the muscle contracts, and nothing in it tells which; '
-            "say sign: 1 or -1 in a map (--map, see docs/recording.md), or name it 'contraction'"
+            'say sign: 1 or -1 in ',
+            *A_MAP,
+            ", or name it 'contraction'",
         )
     if falls:
         notes.append(f'{ref} falls as the muscle warms; its sign is turned, so that contraction is positive')
@@ -230,7 +233,8 @@ def _chosen(channel: str, found: list[Candidate], path: Path) -> Candidate:
     names = ', '.join(f'{each.column.ref} in {each.column.meaning.unit or "?"}' for each in found)
     raise BadInput(
         f"{path}: {channel}: {len(found)} columns could be it ({names}); write 'muscle' into the heading of the right "
-        'one, or say it in a map (--map, see docs/recording.md)'
+        'one, or say it in ',
+        *A_MAP,
     )
 
 
@@ -252,7 +256,8 @@ def _unit(chosen: Candidate, path: Path) -> tuple[str, str]:
     would = f'are usual in {", ".join(fitting)}' if fitting else 'are usual in none of its units'
     raise BadInput(
         f'{path}: {chosen.column.ref} has no unit, and {low:.4g} to {high:.4g} {would}; write it into the heading, as '
-        f"'{chosen.column.heading} ({(fitting or [kind.unit])[0]})', or into a map (--map, see docs/recording.md)"
+        f"'{chosen.column.heading} ({(fitting or [kind.unit])[0]})', or into ",
+        *A_MAP,
     )
 
 

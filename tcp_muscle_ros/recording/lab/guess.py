@@ -21,9 +21,10 @@ from tcp_muscle_ros.recording.lab.tables import SHARE, Table, find_tables
 from tcp_muscle_ros.recording.lab.text_file import SPACES
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, time_of, times
 from tcp_muscle_ros.recording.lab.vocabulary import ROLES
+from tcp_muscle_ros.recording.options import A_MAP
 from tcp_muscle_ros.recording.units import UNITS
 
-_HELP = 'say it in a map (--map, see docs/recording.md)'
+_HELP = ('say it in ', *A_MAP)
 _MOST_RUNS = 200  # that one column of names can tell apart
 _GAP = 3.0  # rows that may be missing where a line of words stands
 
@@ -163,7 +164,8 @@ def _runs(part: Part, path: Path) -> Iterator[DraftRun]:
     if time is None:
         raise BadInput(
             f'{path}: no time: none of the columns {_list(part.columns)} is one, and no sample rate is stated above; '
-            f'add a column of times or a line such as "Sample rate: 20 Hz", or {_HELP}'
+            f'add a column of times or a line such as "Sample rate: 20 Hz", or ',
+            *_HELP,
         )
     if isinstance(time, float):
         yield _run(part, time, path)
@@ -211,7 +213,8 @@ def _run(part: Part, time: DraftTime | float, path: Path) -> DraftRun:
     if not columns:
         raise BadInput(
             f'{path}: no column of a muscle: none of {_list(part.columns)} is a current, power, voltage, '
-            f'temperature, resistance, displacement or force by its heading or unit; {_HELP}'
+            f'temperature, resistance, displacement or force by its heading or unit; ',
+            *_HELP,
         )
     used = {column.ref for column in columns}
     missing = sorted({text for column in part.columns if column.ref in used for text in _texts(column)})
