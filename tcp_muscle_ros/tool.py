@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from tcp_muscle_ros import __version__
+from tcp_muscle_ros.commands.exit_codes import BAD_INPUT, INTERNAL, INTERRUPTED
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.process.streams import forgiving
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
@@ -59,7 +60,7 @@ def main(argv: Sequence[str] | None = None, *, until_admitted: bool = False) -> 
         code = _guarded(argv, until_admitted)
     if lost:
         _say(PROGRAM, f'standard output cannot be written ({lost[0].strerror}): the output is incomplete')
-        return code or 2
+        return code or BAD_INPUT
     return code
 
 
@@ -68,26 +69,26 @@ def _guarded(argv: list[str], until_admitted: bool) -> int:
     name = next((word for word in argv if not word.startswith('-')), None)
     if name is not None and name not in COMMANDS and not argv[0].startswith('-'):
         _say(PROGRAM, f"unknown command '{name}'{nearest(name, COMMANDS)}; see {PROGRAM} --help")
-        return 2
+        return BAD_INPUT
     program = f'{PROGRAM} {name}' if name else PROGRAM
     try:
         return _run(argv, name, until_admitted)
     except SystemExit as leave:  # argparse has said what there is to say
-        return leave.code if isinstance(leave.code, int) else 2
+        return leave.code if isinstance(leave.code, int) else BAD_INPUT
     except BadInput as error:
         _say(program, str(error))
-        return 2
+        return BAD_INPUT
     except KeyboardInterrupt:
         _say(program, 'interrupted')
-        return 130
+        return INTERRUPTED
     except Exception as error:
         if os.environ.get(DEBUG):
             raise
         if isinstance(error, OSError) and error.filename is not None:  # a name too long, a folder that may not be read
             _say(program, f'{error.filename}: {error.strerror}')
-            return 2
+            return BAD_INPUT
         _say(program, f'internal error: {type(error).__name__}: {error} (set {DEBUG}=1 to see where, and report it)')
-        return 1
+        return INTERNAL
 
 
 def _run(argv: list[str], name: str | None, until_admitted: bool) -> int:
@@ -123,7 +124,7 @@ def _missing(command: str, file: str, error: ModuleNotFoundError) -> int:
         _say(PROGRAM, f"'{command}' is not part of this version ({__version__})")
     else:
         _say(f'{PROGRAM} {command}', f"needs the Python package '{error.name}', which is not installed")
-    return 2
+    return BAD_INPUT
 
 
 def _say(program: str, sentence: str) -> None:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from tcp_muscle_ros.commands.calibrate import refuse_unknown
+from tcp_muscle_ros.commands.exit_codes import BAD_INPUT, DONE, INTERNAL, INTERRUPTED
 from tcp_muscle_ros.commands.one_run import UNFINISHED, Outcome, Task, digest_of, is_done
 from tcp_muscle_ros.commands.progress import Progress
 from tcp_muscle_ros.errors import BadInput
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from tcp_muscle_ros.report.campaign_summary import Row
 
 _LOCK = '.lock'  # in the folder of a campaign
-_DONE, _INTERNAL, _BAD_INPUT, _INTERRUPTED = 0, 1, 2, 130
 
 
 def admit_campaign(args: argparse.Namespace) -> list[Run]:
@@ -61,10 +61,10 @@ def run_campaign(args: argparse.Namespace) -> int:
         _summarise(folder, rows)
     if interrupted:
         print('INTERRUPTED: the same command goes on where it stopped')
-        return _INTERRUPTED
+        return INTERRUPTED
     if any(outcome.reason is None for outcome in outcomes.values()):
-        return _DONE
-    return _BAD_INPUT if all(outcome.bad_input for outcome in outcomes.values()) else _INTERNAL
+        return DONE
+    return BAD_INPUT if all(outcome.bad_input for outcome in outcomes.values()) else INTERNAL
 
 
 def _do(

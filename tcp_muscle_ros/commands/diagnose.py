@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.commands.bag_arguments import Bags, add_bag_arguments
 from tcp_muscle_ros.commands.calibrate import add_separate_argument, refuse_unknown
+from tcp_muscle_ros.commands.exit_codes import DONE, INTERRUPTED
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.files.outputs import add_force_argument
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-_INTERRUPTED = 130
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -93,4 +92,4 @@ def run(args: argparse.Namespace) -> int:
     with Progress('diagnosing') as progress:
         diagnosis = diagnose_bags(args, args.bags, args.params, output, progress, force=args.force)
     print(summary(diagnosis, output / 'report.html'))
-    return _INTERRUPTED if diagnosis.partial else 0
+    return INTERRUPTED if diagnosis.partial else DONE

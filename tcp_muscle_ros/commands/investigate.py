@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from tcp_muscle_ros.commands.exit_codes import INTERRUPTED
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
 from tcp_muscle_ros.commands.run import add_rig_arguments, allowed_by, driver_allows, play, rig_limits
 from tcp_muscle_ros.errors import BadInput
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from tcp_muscle_ros.recording.protocol import Protocol
     from tcp_muscle_ros.settings.rig import RigLimits
 
-_INTERRUPTED = 130
 _LEAST_IMPROVED = 1e-12
 _SETTINGS = 'settings.json'
 _FILES = ('params', 'first', 'simulated', 'rig')
@@ -106,7 +106,7 @@ def run(args: argparse.Namespace) -> int:
         investigation.run()
     except KeyboardInterrupt:
         _say(f'{folder}: interrupted; --resume goes on')
-        return _INTERRUPTED
+        return INTERRUPTED
     _conclude(args, investigation, folder)
     if replaced:
         remove(folder.with_name(replaced))
@@ -272,7 +272,7 @@ def _tool(*arguments: str) -> None:
     done = subprocess.run(
         [sys.executable, '-m', 'tcp_muscle_ros.tool', *arguments], capture_output=True, text=True, check=False
     )
-    if done.returncode in (_INTERRUPTED, -2):
+    if done.returncode in (INTERRUPTED, -2):
         raise KeyboardInterrupt
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines()

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from tcp_muscle_ros.commands.exit_codes import DONE, INTERRUPTED
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
+from tcp_muscle_ros.control.safety import celsius
 from tcp_muscle_ros.errors import BadInput, needs_ros
 from tcp_muscle_ros.files.outputs import add_force_argument
 
@@ -24,8 +26,6 @@ if TYPE_CHECKING:
     from tcp_muscle_ros.nodes.runner import Answer, Runner
     from tcp_muscle_ros.recording.protocol import Protocol
     from tcp_muscle_ros.settings.rig import RigLimits
-
-_INTERRUPTED = 130
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         force=args.force,
         known={'protocol': Path(args.protocol).name},
     )
-    return _INTERRUPTED if played.interrupted else 0
+    return INTERRUPTED if played.interrupted else DONE
 
 
 def rig_limits(rig: str | None) -> RigLimits | None:
@@ -150,7 +150,7 @@ def play(
     try:
         with _muscle(namespace, protocol.kind, limits, say) as runner:
             refuse_beyond(protocol, model, allowed_by(limits, answer := runner.answer()))
-            say(f'{answer.name or "a muscle"} answers; the model predicts at most {hottest - 273.15:.1f} degC')
+            say(f'{answer.name or "a muscle"} answers; the model predicts at most {celsius(hottest)}')
             asked = [part.number for part in todo if by_person and _needs_person(part, todo, protocol)]
             for part in (part for part in todo if not log.done(part.number)):
                 runner.hang(float(part.load[0]), ask if part.number in asked else None)

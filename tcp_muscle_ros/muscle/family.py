@@ -102,7 +102,7 @@ def _mcginty() -> dict[str, Stated]:
 
 FAMILY: Mapping[str, Mapping[str, Stated]] = {'sun_zhao_2021': _sun_zhao(), 'mcginty_iron_wire': _mcginty()}
 
-_GEOMETRY = ('L0', 'H0', 'D0')
+GEOMETRY = ('L0', 'H0', 'D0')  # what makes a coil that coil
 
 
 def not_stated(name: str, muscle: Mapping[str, float]) -> str:
@@ -116,6 +116,6 @@ def not_stated(name: str, muscle: Mapping[str, float]) -> str:
     if not same(name, TABLE[INDEX[name]].value):
         return ''
     for known, stated in FAMILY.items():
-        if name not in stated and all(same(one, stated[one].value) for one in _GEOMETRY):
+        if name not in stated and all(same(one, stated[one].value) for one in GEOMETRY):
             return known
     return ''

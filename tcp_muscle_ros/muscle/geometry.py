@@ -12,13 +12,13 @@ from math import pi, sqrt
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle.effects.radiation import STEFAN_BOLTZMANN
 from tcp_muscle_ros.muscle.mechanical import reference_modulus
+from tcp_muscle_ros.muscle.parameter import GRAVITY
 from tcp_muscle_ros.muscle.parameters import Parameters
 
 POISSON = 0.4  # nylon
 DENSITY = 1140.0  # kg/m^3, nylon
 STIFFEST = 1.13e9  # Pa, shear modulus of a drawn nylon fibre, axial (Choy 1984)
 EMISSIVITY = 0.9  # of a polymer's surface
-GRAVITY = 9.80665  # m/s^2
 EXCESS = (37.0, 57.0)  # K above the air at which a cylinder is looked at: 60 and 80 degC in a room of 23 degC
 # The most that a muscle of known parameters is over what this module says. The paper's: 23 over 0.80 N/m, 0.1 over
 # 0.018 g. Sun & Zhao's: 0.0159 over 0.0088 W/K, of turns that do not touch.

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-ZERO_CELSIUS = 273.15
+ZERO_CELSIUS = 273.15  # K
+GRAVITY = 9.80665  # m/s^2, the standard one
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,12 @@ from tcp_muscle_ros.control.safety import Limits
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.muscle.edges import EDGES, Edge, check_whole, inside
+from tcp_muscle_ros.muscle.family import GEOMETRY
 from tcp_muscle_ros.settings.operating import BOTH, OPERATING, Operating, read_value, shown
 from tcp_muscle_ros.settings.rig import on_rig, read_rig
 
 Value = float | int | bool | str | tuple[str, ...] | tuple[float, ...]
 
-_GEOMETRY = ('L0', 'H0', 'D0')
 _DECLARED_BY_RCLPY = ('use_sim_time', 'start_type_description_service')
 _LARGEST_INTEGER = 2**63 - 1
 
@@ -33,7 +33,7 @@ def _of_the_muscle(name: str, edge: Edge) -> Operating:
         return Operating(name, default, '', meaning, BOTH, choices=row.choices)
     # Zero stands for "derived from the others" where the table says so: then the bounds must reach it.
     low, high = min(row.edge_low, default), max(row.edge_high, default)
-    return Operating(name, default, edge.unit, meaning, BOTH, low, high, read_only=name in _GEOMETRY)
+    return Operating(name, default, edge.unit, meaning, BOTH, low, high, read_only=name in GEOMETRY)
 
 
 KNOWN: Mapping[str, Operating] = {

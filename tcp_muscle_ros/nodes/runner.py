@@ -47,6 +47,7 @@ from tcp_muscle_ros.nodes.topics import (
     qos_mismatch,
 )
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, OUTPUTS
+from tcp_muscle_ros.recording.units import GRAVITY
 
 LATENESS = 'command_lateness'  # s, of each command
 NAME = 'protocol_runner'
@@ -298,7 +299,7 @@ class Runner:
         if ask is not None:
             self._prompting = True
             try:
-                ask(f'hang {1e3 * load / 9.80665:.0f} g ({load:.3g} N), press Enter ')
+                ask(f'hang {1e3 * load / GRAVITY:.0f} g ({load:.3g} N), press Enter ')
             except EOFError:
                 raise BadInput('nobody is there to change the load; --yes where the rig does it by itself') from None
             finally:

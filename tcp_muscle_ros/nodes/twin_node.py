@@ -41,14 +41,13 @@ from tcp_muscle_ros.nodes.twin_alarm import Alarm
 from tcp_muscle_ros.nodes.twin_controller import Believing
 from tcp_muscle_ros.nodes.twin_hearing import HEARD, Heard, Hearing
 from tcp_muscle_ros.settings import intervals
-from tcp_muscle_ros.settings.operating import OPERATING, TWIN, TWIN_NODE
+from tcp_muscle_ros.settings.operating import DEFAULT_SET, OPERATING, TWIN, TWIN_NODE
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read
 from tcp_muscle_ros.settings.rig import on_rig, read_rig
 
 PREDICTED = CHANNELS[:3]
 _SETTLES = 1.0  # s, in which the state is estimated before the model starts from it
 _VARIANTS = 8  # muscles drawn from the intervals: as many as a band needs, few enough for every tick
-_USUAL = 'karami_tadesse_2017'
 _HEARS_WITHIN = 10.0  # s, in which a topic that is published is heard; one that is not is subscribed to anew
 _DIAGNOSES = 4  # of one alarm: what differs and cannot be told by then needs another experiment, not more of the same
 _MOST_AT_ONCE = 50  # ticks that are made up for: more means that the machine stood still
@@ -67,7 +66,7 @@ class TwinNode(Node):  # type: ignore[misc]
         self._lock = threading.Lock()  # between the ticks and the executor's callbacks
         self._rate = float(self._settings['rate_hz'])
         self._longest_step = max(LONGEST_STEP, self._settings.longest_step)
-        self._file = read(self._settings['params_file'] or _USUAL)
+        self._file = read(self._settings['params_file'] or DEFAULT_SET)
         self._rig = read_rig(self._settings['rig_file']) if self._settings['rig_file'] else None
         self._load = self._file.number('load_n')
         self._ambient: float | None = None  # K, measured; none: each model has that in which it was found

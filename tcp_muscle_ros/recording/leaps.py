@@ -13,8 +13,8 @@ from scipy.ndimage import median_filter
 from tcp_muscle_ros.recording.cdr import Index
 from tcp_muscle_ros.recording.recording import Array
 
-_DAY_NS = 86_400 * 1_000_000_000
-_APART_NS = 7 * _DAY_NS  # a bag that was left open over some days is one recording still
+DAY_NS = 86_400 * 1_000_000_000
+_APART_NS = 7 * DAY_NS  # a bag that was left open over some days is one recording still
 _SEVERAL = 5  # messages before and after, of which the one in the middle counts: a few may overtake others
 _BACK_NS, _BACK_PERIODS = 200_000_000, 5.0  # a clock that is set back by less is disciplined, not set
 
@@ -45,7 +45,7 @@ def main_part(times: Sequence[Index]) -> Part | None:
     first, last = int(together[starts[most]]), int(together[ends[most]])
     elsewhere = together.size - 1 - int(ends[most] - starts[most])
     note = (
-        f'the clock jumps by up to {float(gap.max()) / _DAY_NS:.4g} days (it was set, or a stamp is wrong?): '
+        f'the clock jumps by up to {float(gap.max()) / DAY_NS:.4g} days (it was set, or a stamp is wrong?): '
         f'{elsewhere} of {together.size} samples lie beyond a jump and were left out'
     )
     return Part(first, last, note)

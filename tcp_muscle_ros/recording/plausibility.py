@@ -44,7 +44,7 @@ USUAL = {
 }
 _MANY = 0.02  # share of the samples, and
 _AT_LEAST = 5  # samples
-_ROOM = (278.0, 316.0)  # K
+ROOM = (278.0, 316.0)  # K: of where people work
 _NO_SCALE = 15.0  # K: what rests nearer to its room is in no other scale
 _LAGS = (1.0, 2.0, 4.0, 7.0, 12.0, 20.0, 35.0, 60.0, 100.0)  # s
 _COARSE = 20_000  # instants at which a recording is looked at for its heat
@@ -182,12 +182,12 @@ def _refuse_scale(recording: Recording, ambient: float | None) -> None:
     if room is not None and abs(rest - room) < _NO_SCALE:
         return
     _refuse_other_room(recording, rest)
-    low, high = (room - 8.0, room + 8.0) if room is not None else _ROOM
+    low, high = (room - 8.0, room + 8.0) if room is not None else ROOM
     celsius = UNITS['degC'].from_si(rest)
     if said == 'degC':
-        meant, value, odd = 'degF', UNITS['degF'].to_si(celsius), min(found) > _ROOM[1]
+        meant, value, odd = 'degF', UNITS['degF'].to_si(celsius), min(found) > ROOM[1]
     else:
-        meant, value, odd = 'degC', UNITS['degC'].to_si(UNITS['degF'].from_si(rest)), max(found) < _ROOM[0]
+        meant, value, odd = 'degC', UNITS['degC'].to_si(UNITS['degF'].from_si(rest)), max(found) < ROOM[0]
     if odd and low <= value <= high:
         where = 'before it is heated' if rests is not None else 'where it cools down to'
         raise BadInput(
@@ -203,7 +203,7 @@ def _refuse_other_room(recording: Recording, rest: float) -> None:
     """A thermometer of the room that would agree with the muscle at rest, were it in the other scale."""
     air, said = recording.channels.get('ambient'), recording.unit('ambient')
     meant = {'degC': 'degF', 'degF': 'degC'}.get(said)
-    if air is None or not len(air) or meant is None or not _ROOM[0] <= rest <= _ROOM[1]:
+    if air is None or not len(air) or meant is None or not ROOM[0] <= rest <= ROOM[1]:
         return
     shown = UNITS[said].from_si(float(np.median(air.value)))
     if abs(UNITS[meant].to_si(shown) - rest) <= 8.0:

@@ -7,7 +7,7 @@ from tcp_muscle_ros.diagnosis.answer.digits import digits_text
 from tcp_muscle_ros.diagnosis.answer.findings import Value
 from tcp_muscle_ros.diagnosis.answer.replaying import Comparison, Own
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate
-from tcp_muscle_ros.muscle import SPECIFICATIONS
+from tcp_muscle_ros.muscle import SPECIFICATIONS, ZERO_CELSIUS
 from tcp_muscle_ros.settings.parameter_file import describe
 
 # How people read a channel: unit and factor from SI (differences of temperature are the same in K and degC).
@@ -53,8 +53,8 @@ _MODELS_ZERO = (
 
 def own_note(own: Own) -> str:
     """What was fitted to a recording because it is its own."""
-    said = [] if own.ambient is None else [f'the room {own.ambient - 273.15:.2f} degC']
-    said += [f'the start {own.start - 273.15:.2f} degC']
+    said = [] if own.ambient is None else [f'the room {own.ambient - ZERO_CELSIUS:.2f} degC']
+    said += [f'the start {own.start - ZERO_CELSIUS:.2f} degC']
     for name, zero in own.zeros.items():
         unit, factor = SHOWN[name]
         said += [f'{name} {zero * factor:+.3g} {unit} where the model has its zero']
@@ -75,7 +75,7 @@ def _edge(e: Estimate, value: float) -> float:
     row = SPECIFICATIONS.get(e.name)
     if row is not None:
         return row.to_edge(value)
-    return value - 273.15 if e.unit == 'K' else value
+    return value - ZERO_CELSIUS if e.unit == 'K' else value
 
 
 def _row(e: Estimate, handed: float) -> list[str]:

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.recording.leaps import DAY_NS
 from tcp_muscle_ros.recording.mending import mend
 from tcp_muscle_ros.recording.recording import UNDATED_NS, Recording
 from tcp_muscle_ros.settings.rig import Rig, on_rig
 
-_DAY_NS = 86_400 * 1_000_000_000
 _SAME = 1.0  # s, by which the ends of one recording may differ
 
 SCHEMA = 'tcp_muscle_ros/ages-1'
@@ -68,7 +68,7 @@ def read_ages(parameter_file: str | Path) -> tuple[Age, ...]:
 
 def as_old_as_then(muscle: Parameters, ages: Sequence[Age], recording: Recording) -> Parameters:
     """The muscle as it was when the recording was made, where that is surely one of those; else as it is."""
-    dated = recording.start_ns >= UNDATED_NS + _DAY_NS
+    dated = recording.start_ns >= UNDATED_NS + DAY_NS
     age = _begun(ages, recording.start_ns) if dated else _undated(ages, recording)
     return muscle.replace(age.values) if age else muscle
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle.edges import read_numbers
+from tcp_muscle_ros.muscle.parameter import GRAVITY
 
 Default = float | int | bool | str | tuple[float, ...]
 
@@ -61,7 +62,7 @@ _ROWS = (
     Operating('start_enabled', True, '', 'whether current may flow from the start', ALL, read_only=True),
     Operating(
         'load_n',
-        0.06 * 9.80665,
+        0.06 * GRAVITY,
         'N',
         'pulling force until one arrives; displacement is zero at rest at T0 under it',
         BOTH,

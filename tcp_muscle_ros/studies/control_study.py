@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp_muscle_ros.control.offline import PERFECT, Run, Sensors, run
-from tcp_muscle_ros.control.tracking import TrackingController
+from tcp_muscle_ros.control.tracking import MODES, TrackingController
 from tcp_muscle_ros.muscle import Muscle, Parameters, simulate
+from tcp_muscle_ros.muscle.parameter import GRAVITY
 from tcp_muscle_ros.studies.step_response import BAND, StepResponse, entry_time, step_response
 
-LOAD = 0.060 * 9.80665  # N: 60 g
+LOAD = 0.060 * GRAVITY  # N: 60 g
 PERIOD = 0.01  # s
 UNCERTAIN = ('R0', 'a_R', 'C', 'hA', 'k0', 'B')  # each within 20 % of the controller's model
-MODES = ('model', 'pid')
 _LONGEST = 90.0  # s; what takes the full current longer counts as out of reach
 
 Step = tuple[float, float]  # current limit (A) and target (m)

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import Step
-from tcp_muscle_ros.muscle import Parameters, steady_current
+from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters, steady_current
 from tcp_muscle_ros.settings.rig import RigLimits
 
 _BEFORE_IT_IS_OVER = 'a delay against a lag: the next edge comes before either is over'
-_HOTTEST = 273.15 + 90.0
+_HOTTEST = ZERO_CELSIUS + 90.0  # K, which an experiment heats a muscle to
 _HALF_THE_TIME = 1.25  # times the current for that
 _LONGEST = 900.0  # s, where no rig says anything else
 _SHORTEST = 0.1  # s, of a step

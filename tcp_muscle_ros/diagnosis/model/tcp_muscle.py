@@ -14,7 +14,7 @@ from tcp_muscle_ros.diagnosis.model.model import Channel, Dependence, Model, Rat
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, LOG_SPREAD, START, Unknown
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Effect, Outputs, Parameters, length, simulate
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.muscle.parameter import Parameter
+from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
 from tcp_muscle_ros.muscle.stepping import SUBSTEP
 from tcp_muscle_ros.muscle.table import INDEX
 from tcp_muscle_ros.recording.mending import RESUMED
@@ -29,7 +29,7 @@ _LONGEST, _SOFTER = 2.0, 0.5  # times its length, which a load stretches no musc
 _HOTTER = 20.0  # K: the fibre than its thermometer, at most
 _ROUNDS = 4.0  # of the model's loop for motion, about
 # Nylon 6,6 melts near 260 degC; well before, the coil's set is lost.
-_SURVIVED, _MELTING_SPREAD = 273.15 + 220.0, 5.0  # K
+_SURVIVED, _MELTING_SPREAD = ZERO_CELSIUS + 220.0, 5.0  # K
 
 
 @dataclass(frozen=True)

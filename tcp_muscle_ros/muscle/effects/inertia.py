@@ -13,11 +13,10 @@ from math import sqrt
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.compiled import inner
 from tcp_muscle_ros.muscle.effects.effect import Effect
-from tcp_muscle_ros.muscle.parameter import Parameter
+from tcp_muscle_ros.muscle.parameter import GRAVITY, Parameter
 from tcp_muscle_ros.muscle.quantities import EQUILIBRIUM_LENGTH, FORCE, HELD, LENGTH, STIFFNESS
 from tcp_muscle_ros.muscle.table import INDEX
 
-GRAVITY = 9.80665  # m/s^2
 _LIGHTEST = 0.1  # N
 _SMALLEST = 0.25  # of a dead weight's mass
 

@@ -17,7 +17,7 @@ from tcp_muscle_ros.recording.lab.times import kind_of
 from tcp_muscle_ros.recording.lab.timing import times as times_of
 from tcp_muscle_ros.recording.lab.vocabulary import RATIOS, SHARES
 from tcp_muscle_ros.recording.options import A_MAP
-from tcp_muscle_ros.recording.plausibility import USUAL
+from tcp_muscle_ros.recording.plausibility import ROOM, USUAL
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -26,7 +26,6 @@ _COMMANDED = {**{name: f'{name}_command' for name in DRIVES}, 'displacement': 'd
 _STEADY = 0.02  # of its size, by which a load that hangs may vary
 _WEIGHTS, _HUNG, _MANY = 5, 0.95, 200  # weights that are changed, the share of samples with one of them, of so many
 _FEWEST = 0.2  # share of the cells that are numbers
-_ROOM = (278.0, 316.0)  # K
 _SURE = 0.9  # of a correlation
 _LAGS = (3.0, 8.0, 20.0, 40.0)  # s
 _AWAY = 2.0  # times its span, from which on a position does not begin at its zero
@@ -265,7 +264,7 @@ def _would_do(channel: str, value: Array) -> bool:
     low, high = USUAL[channel.removesuffix('_command')]
     if not low <= float(np.max(np.abs(value))) <= high:
         return False
-    return channel not in ('temperature', 'ambient') or _ROOM[0] <= float(np.min(value)) <= _ROOM[1]
+    return channel not in ('temperature', 'ambient') or ROOM[0] <= float(np.min(value)) <= ROOM[1]
 
 
 def _clocks(columns: Sequence[Column], time: DraftTime | float) -> dict[int, DraftTime]:

@@ -7,6 +7,7 @@ from tcp_muscle_ros.recording.lab.cells import number
 from tcp_muscle_ros.recording.lab.grid import Row
 from tcp_muscle_ros.recording.lab.headings import one_word, plain
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
+from tcp_muscle_ros.recording.plausibility import ROOM
 from tcp_muscle_ros.recording.units import UNITS
 
 _RATE = re.compile(
@@ -38,7 +39,6 @@ _OF_MUSCLE = 'muscle muskel sample specimen probe'  # whose length is the muscle
 _WITHIN = re.compile(r'[^\W\d_]+0?(?:\s*[\[(<][^\])>]*[\])>])?\s*[=:]\s*[+-]?[\d.,]+\s*[^\W\d]*')
 _HANGS = (0.02, 50.0)  # N
 _RESTS = (0.005, 2.0)  # m
-_ROOM = (278.0, 316.0)  # K
 
 
 def sampled_every(preamble: Sequence[Row]) -> float | None:
@@ -77,7 +77,7 @@ def load_before(preamble: Sequence[Row]) -> float | None:
 
 def room_temperature(preamble: Sequence[Row]) -> float | None:
     """The room (K) that is written above a table."""
-    return _stated(preamble, _ROOMS, 'temperature', _ROOM)
+    return _stated(preamble, _ROOMS, 'temperature', ROOM)
 
 
 def _stated(preamble: Sequence[Row], known: str, quantity: str, likely: tuple[float, float]) -> float | None:
