@@ -13,7 +13,8 @@ from real_diagnoses import Outcome, power_of, with_gain
 
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.report.style import AFTER, BEFORE, CHANNEL_AXIS, DRIVE, RECORDED, canvas, save, shown
+from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, shown
+from tcp_muscle_ros.report.style import AFTER, BEFORE, DRIVE, RECORDED, canvas, save
 
 
 def channel_of(experiment: Experiment) -> str:

@@ -37,8 +37,9 @@ from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.csv_import import import_runs, lab_files
 from tcp_muscle_ros.recording.import_map import read_import_map
+from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, shown
 from tcp_muscle_ros.report.marked import replace_marked
-from tcp_muscle_ros.report.style import CHANNEL_AXIS, PREDICTED, RECORDED, canvas, save, shown
+from tcp_muscle_ros.report.style import PREDICTED, RECORDED, canvas, save
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / 'docs' / 'real_recordings.md'

@@ -33,8 +33,9 @@ from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Parameters, simulate
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.units import GRAVITY
-from tcp_muscle_ros.report.style import AFTER, BEFORE, CHANNEL_AXIS, DRIVE, RECORDED, canvas, save, shown
-from tcp_muscle_ros.report.tables import SHOWN, table
+from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, SHOWN, shown
+from tcp_muscle_ros.report.style import AFTER, BEFORE, DRIVE, RECORDED, canvas, save
+from tcp_muscle_ros.report.tables import table
 from tcp_muscle_ros.settings.parameter_file import read, write
 
 NOMINAL = Parameters.named('karami_tadesse_2017')

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from tcp_muscle_ros.diagnosis.answer.replaying import Comparison
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.report.style import CHANNEL_AXIS, DRIVE, PREDICTED, RECORDED, canvas, save, shown
+from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, shown
+from tcp_muscle_ros.report.style import DRIVE, PREDICTED, RECORDED, canvas, save
 
 
 def draw_comparison(

@@ -6,7 +6,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import FreeLaw
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.report.style import CHANNEL_AXIS, shown
+from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, shown
 from tcp_muscle_ros.report.words import number, plain
 
 LEFT, RIGHT, BOTTOM = 60.0, 352.0, 116.0  # of the frame, in the picture's units

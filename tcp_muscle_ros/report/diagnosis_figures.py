@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Series
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, SHOWN, shown
 from tcp_muscle_ros.report.style import (
     AFTER,
     BEFORE,
-    CHANNEL_AXIS,
     COOLING,
     DRIVE,
     HEATING,
@@ -28,10 +28,8 @@ from tcp_muscle_ros.report.style import (
     RECORDED,
     canvas,
     save,
-    shown,
     stacked,
 )
-from tcp_muscle_ros.report.tables import SHOWN
 from tcp_muscle_ros.report.words import chance, percent, plain
 
 _MOST_POINTS = 3000  # a picture is some thousand pixels wide

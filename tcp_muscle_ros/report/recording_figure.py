@@ -9,17 +9,8 @@ from matplotlib.figure import Figure
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.recording import CHANNELS, Channel, Recording
-from tcp_muscle_ros.report.style import (
-    CHANNEL_AXIS,
-    COOLING,
-    DRIVE,
-    IMPROVED,
-    PREDICTED,
-    RECORDED,
-    SETPOINT,
-    canvas,
-    shown,
-)
+from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, shown
+from tcp_muscle_ros.report.style import COOLING, DRIVE, IMPROVED, PREDICTED, RECORDED, SETPOINT, canvas
 
 _COLOURS = (RECORDED, PREDICTED, IMPROVED, SETPOINT, DRIVE, COOLING)
 _COMMANDED = {'displacement_setpoint': 'displacement'}  # is drawn with, dashed

@@ -12,29 +12,10 @@ from matplotlib.figure import Figure
 
 from tcp_muscle_ros.errors import BadInput, Option
 from tcp_muscle_ros.files.outputs import writable_file
-from tcp_muscle_ros.muscle.arrays import Array
 
 FIGURE = Option('--figure', 'path')
 RECORDED, PREDICTED, IMPROVED, SETPOINT, DRIVE = '#000000', '#D55E00', '#0072B2', '#009E73', '#CC79A7'
 BEFORE, AFTER, HEATING, COOLING, LOAD, OTHER = PREDICTED, IMPROVED, '#D55E00', '#56B4E9', '#009E73', '#888888'
-CHANNEL_AXIS = {
-    'temperature': 'temperature (degC)',
-    'resistance': 'resistance (ohm)',
-    'displacement': 'contraction (mm)',
-    'force': 'force (mN)',
-    'current': 'current (A)',
-    'power': 'power (W)',
-    'voltage': 'voltage (V)',
-    'load': 'load (N)',
-    'ambient': 'ambient (degC)',
-}
-_FROM_SI = {'temperature': (1.0, -273.15), 'ambient': (1.0, -273.15), 'displacement': (1e3, 0.0), 'force': (1e3, 0.0)}
-
-
-def shown(channel: str, value: Array) -> Array:
-    """SI values of a channel as people read them."""
-    factor, offset = _FROM_SI.get(channel, (1.0, 0.0))
-    return value * factor + offset
 
 
 def canvas(

@@ -8,10 +8,9 @@ from tcp_muscle_ros.diagnosis.answer.findings import Value
 from tcp_muscle_ros.diagnosis.answer.replaying import Comparison, Own
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate
 from tcp_muscle_ros.muscle import SPECIFICATIONS, ZERO_CELSIUS
+from tcp_muscle_ros.report.as_read import SHOWN
 from tcp_muscle_ros.settings.parameter_file import describe
 
-# How people read a channel: unit and factor from SI (differences of temperature are the same in K and degC).
-SHOWN = {'temperature': ('K', 1.0), 'resistance': ('ohm', 1.0), 'displacement': ('mm', 1e3), 'force': ('mN', 1e3)}
 _NEAR = 0.1  # of what is nominal
 
 

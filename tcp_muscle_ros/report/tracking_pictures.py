@@ -8,17 +8,8 @@ from matplotlib.axes import Axes
 
 from tcp_muscle_ros.control.offline import Run
 from tcp_muscle_ros.recording.recording import Recording
-from tcp_muscle_ros.report.style import (
-    CHANNEL_AXIS,
-    DRIVE,
-    IMPROVED,
-    PREDICTED,
-    RECORDED,
-    SETPOINT,
-    canvas,
-    save,
-    shown,
-)
+from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, shown
+from tcp_muscle_ros.report.style import DRIVE, IMPROVED, PREDICTED, RECORDED, SETPOINT, canvas, save
 from tcp_muscle_ros.studies.control_study import Figures, Step
 
 _COLOUR = {'model': IMPROVED, 'pid': PREDICTED}

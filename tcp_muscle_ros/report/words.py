@@ -10,7 +10,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import Change, Finding, Value
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.search.location import Driver, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
-from tcp_muscle_ros.report.tables import SHOWN
+from tcp_muscle_ros.report.as_read import SHOWN
 
 VERDICTS = {
     'match': 'the simulation matches the recordings',
