@@ -14,12 +14,13 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Finding, Value
 from tcp_muscle_ros.report.curve import curve_picture
-from tcp_muscle_ros.report.diagnosis_figures import Figure, compared
+from tcp_muscle_ros.report.diagnosis_figures import Figure
 from tcp_muscle_ros.report.next_steps import Asked, steps
 from tcp_muscle_ros.report.ranking import ranking_words
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL, RIG
 from tcp_muscle_ros.report.rig_checks import check_on_rig
 from tcp_muscle_ros.report.tables import unfixed
+from tcp_muscle_ros.report.telling import compared
 from tcp_muscle_ros.report.viewer import embedded, viewer_data
 from tcp_muscle_ros.report.words import (
     VERDICTS,

@@ -14,7 +14,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Series
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, SHOWN, shown
-from tcp_muscle_ros.report.diagnosis_figures import compared, shaded, telling_channel, telling_recording, thin
+from tcp_muscle_ros.report.telling import compared, shaded, telling_channel, telling_recording, thin
 
 MOST_VALUES = 400_000  # of all series together: 2 MB in the page
 _CURVES = 4  # of a channel: time, recorded, two models

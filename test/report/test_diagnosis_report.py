@@ -32,17 +32,11 @@ from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.protocol import read_protocol
 from tcp_muscle_ros.report import words
-from tcp_muscle_ros.report.diagnosis_figures import (
-    compared,
-    draw_all,
-    draw_loop,
-    telling_channel,
-    telling_recording,
-    thin,
-)
+from tcp_muscle_ros.report.diagnosis_figures import draw_all, draw_loop
 from tcp_muscle_ros.report.page import render
 from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
 from tcp_muscle_ros.report.report_json import as_data, schema
+from tcp_muscle_ros.report.telling import compared, telling_channel, telling_recording, thin
 from tcp_muscle_ros.report.terminal import WIDTH, summary
 from tcp_muscle_ros.report.viewer import embedded
 from tcp_muscle_ros.report.write import refuse_report, write_report

@@ -15,12 +15,13 @@ from report.html_page import Page
 from tcp_muscle_ros.diagnosis.answer.findings import Member
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.report import words
-from tcp_muscle_ros.report.diagnosis_figures import draw_channels, telling_recording
+from tcp_muscle_ros.report.diagnosis_figures import draw_channels
 from tcp_muscle_ros.report.next_steps import Asked, steps
 from tcp_muscle_ros.report.page import render
 from tcp_muscle_ros.report.ranking import ranking_words
 from tcp_muscle_ros.report.report_json import as_data
 from tcp_muscle_ros.report.rig_checks import check_on_rig, has_check
+from tcp_muscle_ros.report.telling import telling_recording
 from tcp_muscle_ros.report.terminal import summary
 from tcp_muscle_ros.report.viewer import viewer_data
 
