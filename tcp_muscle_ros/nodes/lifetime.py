@@ -5,6 +5,7 @@ current would stay on. So the handlers are ours, and the context is the last thi
 """
 
 import gc
+import os
 import re
 import signal
 import sys
@@ -95,6 +96,8 @@ def run(make: Callable[[], Any], name: str, args: Sequence[str] | None = None, *
         print(f'{name}: {_one_line(problem)}', file=sys.stderr)
         return 2
     except Exception as problem:
+        if life.ends_before_it_began:  # what a signal broke off fails in ways of its own
+            return 0
         if life.node is None and type(problem).__module__.startswith('rclpy.'):  # its arguments: rclpy's own words
             said = _one_line(problem)
             unknown = re.fullmatch(r"\['(.*)'\]", said)  # rclpy says no more of it
@@ -112,7 +115,7 @@ class _Life:
     def __init__(self, make: Callable[[], Any], name: str, arguments: list[str], models: bool) -> None:
         self._make, self._name, self._arguments, self._models = make, name, arguments, models
         self._asked = threading.Event()
-        self._started = False
+        self._compiling = self._started = False
         self.node: Any = None
         self._callbacks: Callbacks | None = None
         for number in _STOP:
@@ -120,8 +123,15 @@ class _Life:
 
     def _on_signal(self, *_: object) -> None:
         self._asked.set()
+        if self._compiling:  # nothing is open; an exception in a callback of the compiler would break it off anyhow
+            os._exit(0)
         if not self._started:  # each time: compiled code that calls back swallows it, and goes on
             raise _Asked
+
+    @property
+    def ends_before_it_began(self) -> bool:
+        """Whether it was asked to stop during its start."""
+        return self._asked.is_set() and not self._started
 
     def _stop_if_asked(self) -> None:
         if self._asked.is_set():
@@ -140,7 +150,9 @@ class _Life:
         for sentence in idle_files(self._arguments, self._name):
             get_logger(self._name).warning(sentence)
         if self._models:
-            compile_model(self._name, self._stop_if_asked)
+            self._compiling = True
+            compile_model(self._name)
+            self._compiling = False
         self._stop_if_asked()
         self.node = node = self._make()
         self._callbacks = callbacks = Callbacks(node, self._asked.set)
@@ -169,20 +181,12 @@ class _Life:
         rclpy.try_shutdown()
 
 
-def compile_model(name: str, between: Callable[[], None] = lambda: None) -> None:
-    """Compile the model if this installation has not, and say so: nothing else happens for 15 to 40 s.
-
-    ``between`` its steps this is called, and may end it.
-    """
+def compile_model(name: str) -> None:
+    """Compile the model if this installation has not, and say so: nothing else happens for 15 to 40 s."""
     if not is_compiled():
         log = get_logger(name)
         log.info('compiling the model for this machine, 15 to 40 s; later starts find it')
-
-        def step_begins(step: str) -> None:
-            between()
-            log.info(f'compiling, {step}')
-
-        compile_ahead(step_begins)
+        compile_ahead(lambda step: log.info(f'compiling, {step}'))
 
 
 def _one_line(problem: BaseException) -> str:

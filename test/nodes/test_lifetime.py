@@ -66,6 +66,50 @@ raise SystemExit(run(make, 'sim_node', ['sim_node']))
     assert program.said() == 'making\n'
 
 
+# A compiler that calls back from native code, where an exception is told and swallowed, and then lacks its answer.
+COMPILER = """
+import ctypes, time
+from tcp_muscle_ros.nodes import lifetime
+answers = []
+@ctypes.CFUNCTYPE(None)
+def call_back():
+    time.sleep(30.0)
+    answers.append(1)
+def compile_ahead(say):
+    say('1 of 1: a model')
+    call_back()
+    answers[0]
+lifetime.is_compiled, lifetime.compile_ahead = (lambda: False), compile_ahead
+raise SystemExit(lifetime.run(lambda: None, 'sim_node', ['sim_node']))
+"""
+
+
+def test_a_signal_in_the_middle_of_the_compiler_ends_with_0_and_no_traceback(bench):
+    program = bench.run(['-c', COMPILER], 'compiler')
+    bench.until(lambda: 'compiling, 1 of 1' in program.said(), 'it does not start', 120.0)
+    assert program.end(signal.SIGINT) == 0
+    assert 'Traceback' not in program.said()
+    assert 'Exception ignored' not in program.said()
+
+
+def test_what_a_signal_breaks_off_in_the_start_may_fail_in_its_own_way(bench):
+    failing = """
+import time
+from tcp_muscle_ros.nodes.lifetime import run
+def make():
+    try:
+        print('making', flush=True)
+        time.sleep(60.0)
+    except BaseException:
+        raise RuntimeError('what was made is in pieces') from None
+raise SystemExit(run(make, 'sim_node', ['sim_node']))
+"""
+    program = bench.run(['-c', failing], 'failing')
+    bench.until(lambda: 'making' in program.said(), 'it does not start', 120.0)
+    assert program.end(signal.SIGINT) == 0
+    assert program.said() == 'making\n'
+
+
 # sim_node with two muscles that refuse an input of a new name every tick, while a callback counts them slowly.
 CROWDED = """
 import math, time

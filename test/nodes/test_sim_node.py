@@ -1,5 +1,6 @@
 """sim_node as its users meet it: a process, its topics, its clock and its services."""
 
+import signal
 import time
 from itertools import pairwise
 from math import nan, sqrt
@@ -10,7 +11,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParametersAtomically
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, Temperature
@@ -192,6 +193,30 @@ def test_parameters_can_be_looked_at_and_changed_while_it_runs(bench, sim):
     assert fastest < 1.1 * (max(b for _, b in seen) - 23.0) / Parameters.named('karami_tadesse_2017')['C'], 'it jumped'
     values = sim.call(GetParameters, 'get_parameters', names=['hA']).values
     assert values[0].double_value == 0.01933
+
+
+def test_a_change_is_taken_as_at_the_start_and_refused_in_the_same_words(bench, sim):
+    def change(name, value):
+        parameters = [Parameter(name, value=value).to_parameter_msg()]
+        return sim.call(SetParameters, 'set_parameters', parameters=parameters).results[0]
+
+    assert change('load_n', 1).reason.startswith("parameter 'load_n' is 0.588399 as long as the node runs; set another")
+    assert change('current_limit_a', 1).successful  # `ros2 param set` sends 1 as a whole number
+    (value,) = sim.call(GetParameters, 'get_parameters', names=['current_limit_a']).values
+    assert value.double_value == 1.0
+    assert change('current_limit_a', 0.27).successful
+    for name, value, reason in (
+        ('curent_limit_a', 0.1, "unknown parameter 'curent_limit_a'; did you mean 'current_limit_a'?"),
+        ('hA', 'much', "parameter 'hA' is 'much'; expected a number (convection conductance"),
+        ('hA', True, "parameter 'hA' is true; expected a number (convection conductance"),
+        ('rate_hz', 50.0, "parameter 'rate_hz' is 200 as long as the node runs; set another at the start: --ros-args"),
+        ('natural_convection.n', 0.3, "parameter 'natural_convection.n' is of an effect that is off; effects are"),
+        ('command_timeout', 1.0, "unknown parameter 'command_timeout'; did you mean 'command_timeout_s'?"),
+    ):
+        refused = change(name, value)
+        assert not refused.successful
+        assert refused.reason.startswith(reason), refused.reason
+        assert '\n' not in refused.reason
 
 
 def test_a_coil_that_becomes_softer_lets_its_load_hang_lower(bench, sim):
@@ -404,9 +429,10 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
     bench.forget(diagnostics)
 
 
-def test_a_first_start_says_that_it_compiles_and_how_far_it_is(bench, tmp_path):
+def test_a_first_start_says_that_it_compiles_and_how_far_it_is_and_ends_at_once_when_asked(bench, tmp_path):
     """With an empty cache of compiled code; test_serial_driver.py has a node that needs none."""
     program = bench.start_uncompiled('sim_node', 'first_start', tmp_path)
     bench.until(lambda: 'compiling, 1 of 5: ' in program.said(), 'it compiles in silence', 120.0)
     assert 'compiling the model for this machine, 15 to 40 s; later starts find it' in program.said()
-    program.kill()
+    assert program.end(signal.SIGINT) == 0
+    assert 'Traceback' not in program.said()
