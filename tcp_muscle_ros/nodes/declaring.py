@@ -6,7 +6,7 @@ from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.nodes.parameters import KNOWN, Settings, descriptor, of_rclpy
 from tcp_muscle_ros.nodes.plan import Plan, naming, read_plan
@@ -14,7 +14,63 @@ from tcp_muscle_ros.settings.operating import JOINTS, MUSCLES, SIM, shown
 from tcp_muscle_ros.settings.parameter_file import idle
 
 _CLOCK = 'use_sim_time'
+_DOUBLE = RosParameter.Type.DOUBLE
+_WORDS = {
+    RosParameter.Type.BOOL: 'true or false',
+    RosParameter.Type.INTEGER: 'a whole number',
+    RosParameter.Type.DOUBLE: 'a number',
+    RosParameter.Type.STRING: 'a text',
+}
 _EFFECTS = "physics beside the paper's model: " + ', '.join(EFFECTS)
+
+
+class DeclaredNode(Node):  # type: ignore[misc]
+    """A node that takes a change of its parameters as it takes them at its start, and refuses one in the same words.
+
+    rclpy names no parameter that it does not know, and refuses 1 where 1.0 is meant.
+    """
+
+    def set_parameters_atomically(self, parameter_list: list[RosParameter]) -> SetParametersResult:
+        """What rclpy calls for every request; the reason against one is one line."""
+        try:
+            wanted = [self._as_declared(parameter) for parameter in parameter_list]
+        except BadInput as problem:
+            return SetParametersResult(successful=False, reason=str(problem))
+        return super().set_parameters_atomically(wanted)
+
+    def _as_declared(self, parameter: RosParameter) -> RosParameter:
+        """The parameter, in the type in which it was declared."""
+        name, value = parameter.name, parameter.value
+        if not self.has_parameter(name):
+            raise BadInput(self._why_unknown(name))
+        declared = self.describe_parameter(name)
+        if of_rclpy(name):
+            return parameter
+        if declared.read_only:
+            now = self.get_parameter(name).value
+            raise BadInput(
+                f"parameter '{name}' is {shown(now)} as long as the node runs; set another at the start: "
+                f'--ros-args -p {name}:=...'
+            )
+        kind = RosParameter.Type(declared.type)
+        if kind is parameter.type_:
+            return parameter
+        if kind is _DOUBLE and parameter.type_ is RosParameter.Type.INTEGER:
+            return RosParameter(name, kind, float(value))
+        if kind is RosParameter.Type.DOUBLE_ARRAY and parameter.type_ is RosParameter.Type.INTEGER_ARRAY:
+            return RosParameter(name, kind, [float(number) for number in value])
+        expected = _WORDS.get(kind, 'numbers')
+        raise BadInput(f"parameter '{name}' is {shown(value)}; expected {expected} ({declared.description})")
+
+    def _why_unknown(self, name: str) -> str:
+        """Why there is no parameter of this name: a slip, or one of an effect that is off."""
+        effect = next(
+            (edge.partition('.')[0] for edge in KNOWN if '.' in edge and f'.{name}'.endswith(f'.{edge}')), None
+        )
+        if effect is not None:
+            at_the_start = f'effects are switched on at the start: --ros-args -p effects:=[{effect}]'
+            return f"parameter '{name}' is of an effect that is off; {at_the_start}"
+        return f"unknown parameter '{name}'{nearest(name, self.list_parameters([], 0).names)}"
 
 
 def declare(node: Node, owner: str, check: Callable[[Settings], None], apply: Callable[[str, Settings], None]) -> Plan:

@@ -9,14 +9,13 @@ from typing import Any, Generic, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from std_srvs.srv import SetBool, Trigger
 
 from tcp_muscle_ros.control.safety import Report, State
-from tcp_muscle_ros.nodes.declaring import declare
+from tcp_muscle_ros.nodes.declaring import DeclaredNode, declare
 from tcp_muscle_ros.nodes.lockstep import FollowingTime, LeadingTime
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import Plan
@@ -28,7 +27,7 @@ from tcp_muscle_ros.nodes.topics import REMEMBERED, STATE_QOS, Topics
 M = TypeVar('M', bound=SafeMuscle)
 
 
-class SafeNode(Node, Generic[M]):  # type: ignore[misc]
+class SafeNode(DeclaredNode, Generic[M]):
     """A node that decides one current a muscle once a tick and may never leave one on.
 
     A subclass makes its muscles (``make_muscle``), checks values (``check``) and does its work in ``work`` once a tick.

@@ -17,7 +17,6 @@ from pathlib import Path
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float64, String
@@ -30,6 +29,7 @@ from tcp_muscle_ros.control.twin import LONGEST_STEP, Difference, State, Tick, T
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import TABLE, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.nodes.declaring import DeclaredNode
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.lockstep import FollowingTime, out_of_step
 from tcp_muscle_ros.nodes.parameters import Settings, descriptor, of_rclpy, read_rows
@@ -53,7 +53,7 @@ _DIAGNOSES = 4  # of one alarm: what differs and cannot be told by then needs an
 _MOST_AT_ONCE = 50  # ticks that are made up for: more means that the machine stood still
 
 
-class TwinNode(Node):  # type: ignore[misc]
+class TwinNode(DeclaredNode):
     """Hears the muscle's topics in ticks of its own, and publishes prediction, band and residual of each."""
 
     def __init__(self) -> None:
@@ -243,6 +243,7 @@ class TwinNode(Node):  # type: ignore[misc]
             self._difference, self._alarm, self._diagnose_at, self._diagnoses = twin.difference, None, None, 0
         if twin.difference is not None and self._alarm is None:
             self._alarms += 1
+            self.get_logger().warning(f'the muscle differs: {self._where(twin.difference)}')
             self._alarm = self._new_alarm()
             self._alarm.write('last_minutes', self._memory.columns(), 0.0, self._file.number('load_n'))
 
@@ -346,16 +347,19 @@ class TwinNode(Node):  # type: ignore[misc]
     def _tell(self, sentence: str) -> None:
         self.get_logger().info(sentence)
 
+    def _where(self, difference: Difference) -> str:
+        return (
+            f'{difference.stage}, by its {difference.channel}, since {self._then - difference.since:.0f} s, '
+            f'{100.0 * difference.sure:.0f} % of all that differs'
+        )
+
     def _publish_diagnostics(self) -> None:
         twin, difference = self._twin, self._twin.difference
         silent = self._waits
         reason = '; '.join(filter(None, (*[*self._out_of_step.values()][:1], *self._unmatched.values(), self._unheard)))
         message = 'waits for a muscle' + (f': {reason}' if reason else '') if silent else twin.state.value
         if difference is not None and not silent:
-            message += (
-                f': {difference.stage}, by its {difference.channel}, since {self._then - difference.since:.0f} s, '
-                f'{100.0 * difference.sure:.0f} % of all that differs'
-            )
+            message += f': {self._where(difference)}'
         if self._unmatched and not silent:
             message += '; ' + '; '.join(self._unmatched.values())
         well = twin.state is State.FOLLOWS and not silent and not self._unmatched
