@@ -13,6 +13,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -159,7 +160,7 @@ class Recorder:
             if now - said >= _SAY_S:
                 lacking = ' on /clock' if self._before_clock else f' under {self._namespace}{self._elsewhere()}'
                 waited = f'no message yet{lacking}'
-                self._say(waited if first is None else f'{now - first:.0f} s, {self._count} messages')
+                self._say(waited if first is None else f'{now - first:.0f} s, {self._count} messages{self._absent()}')
                 said = now
             time.sleep(_TURN_S)
         self.take()
@@ -264,6 +265,16 @@ class Recorder:
             self._types[topic], self._log_times[topic] = kind, LogTimes()
             self._subscriptions[topic] = self._subscribe(topic, ReliabilityPolicy.RELIABLE)
 
+    def _absent(self) -> str:
+        """Which of the wanted topics nobody has published so far."""
+        meant = []
+        for topic in self._wanted:
+            folder, _, name = topic.rpartition('/')
+            beside = [one.rpartition('/') for one, _ in self._node.get_topic_names_and_types() if one != topic]
+            near = get_close_matches(name, [last for first, _, last in beside if first == folder], n=1)
+            meant.append(f'{topic} (did you mean {folder}/{near[0]}?)' if near else topic)
+        return f'; nobody publishes {", ".join(meant)}' if meant else ''
+
     def _domain(self) -> str:
         """Which domain it listens in, where the muscle may not be."""
         return f' (ROS_DOMAIN_ID {self._node.context.get_domain_id()})'
@@ -278,7 +289,7 @@ class Recorder:
             if bag is not None:
                 with self._writing():
                     bag.close()
-                self._say(f'{self._count} messages on {len(bag.counts)} topics in {self._output}')
+                self._say(f'{self._count} messages on {len(bag.counts)} topics in {self._output}{self._absent()}')
                 if self._replaced is not None:
                     shutil.rmtree(self._replaced, ignore_errors=True)
         finally:

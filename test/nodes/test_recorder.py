@@ -410,7 +410,8 @@ def test_bad_arguments_are_one_line(record, arguments, says):
 def test_more_topics_of_any_type_are_recorded_and_so_is_the_shaped_setpoint(bench, tmp_path):
     from std_msgs.msg import Float64, String
 
-    arguments = ['--topic', 'note', '--topic', '/elsewhere/count', '--topic', 'never', '--namespace', 'more']
+    wanted = ('note', '/elsewhere/count', 'never', 'noted')
+    arguments = [*(word for topic in wanted for word in ('--topic', topic)), '--namespace', 'more']
     program = bench.run(['-m', 'tcp_muscle_ros.tool', 'record', '--output', str(tmp_path / 'bag'), *arguments], 'more')
     publishers = {
         bench.node.create_publisher(String, '/more/note', 10): String(data='warm'),
@@ -427,6 +428,7 @@ def test_more_topics_of_any_type_are_recorded_and_so_is_the_shaped_setpoint(benc
 
     bench.until(all_heard, 'not all are recorded', 60.0)
     assert program.end(signal.SIGINT) == 0, program.said()
+    assert program.said().strip().endswith('; nobody publishes /more/never, /more/noted (did you mean /more/note?)')
     with AnyReader([tmp_path / 'bag']) as bag:
         assert {c.topic: c.msgtype for c in bag.connections} == {
             '/more/note': 'std_msgs/msg/String',
