@@ -9,7 +9,7 @@ from rclpy.node import Node
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS
 
 _MEASURED = {CHANNELS[name].topic for name in OUTPUTS}
-_DISCOVERED_S = 2.0
+_DISCOVERED_S, _OTHERS_S = 6.0, 1.0  # until the first is discovered, at most, and then the others
 
 
 def elsewhere(node: Node, namespace: str) -> str:
@@ -24,7 +24,10 @@ def look_elsewhere(namespace: str) -> str:
     rclpy.init(args=[], context=context)
     try:
         node = Node('tcp_muscle_look', context=context, enable_rosout=False, start_parameter_services=False)
-        time.sleep(_DISCOVERED_S)  # they are discovered one by one
+        until = time.monotonic() + _DISCOVERED_S
+        while not _namespaces(node) and time.monotonic() < until:
+            time.sleep(0.1)
+        time.sleep(_OTHERS_S)  # they are discovered one by one
         found = _namespaces(node)
         told = '' if _plain(namespace) in found else elsewhere(node, namespace)
         node.destroy_node()
