@@ -11,6 +11,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from typing import NoReturn
 
 from tcp_muscle_ros import __version__
@@ -108,6 +109,7 @@ def _run(argv: list[str], name: str | None, until_admitted: bool) -> int:
                 return _missing(command, file, error)
             module.add_arguments(subparser)
             own = subparser
+            _refuse_misspelt(subparser, argv[argv.index(command) + 1 :])
     args, unknown = parser.parse_known_args(argv)
     if unknown:
         own.error(f'unrecognized arguments: {" ".join(unknown)}')  # of the command, whose --help lists what it takes
@@ -116,6 +118,19 @@ def _run(argv: list[str], name: str | None, until_admitted: bool) -> int:
         module.admit(args)
         return 0
     return int(module.run(args))
+
+
+def _refuse_misspelt(parser: _Parser, words: Sequence[str]) -> None:
+    """End at an option that is nearly one of the command's: argparse would only say that the right one is missing."""
+    known = [option for option in parser._option_string_actions if option.startswith('--')]
+    for word in words:
+        option = word.partition('=')[0]
+        if word == '--':
+            return
+        if option.startswith('--') and not any(one.startswith(option) for one in known):
+            near = get_close_matches(option[2:], [one[2:] for one in known], n=1)
+            if near:
+                parser.error(f"unrecognized argument: {option}; did you mean '--{near[0]}'?")
 
 
 def _missing(command: str, file: str, error: ModuleNotFoundError) -> int:

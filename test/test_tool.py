@@ -60,6 +60,9 @@ def test_help_lists_every_command_and_loads_nothing_heavy():
         ),
         (['record', '--output', 'o', '--duration', '-1'], 'tcp_muscle record: --duration -1: expected a number'),
         (['diagnose', 'bag', '--output', 'o', '--seed', '1'], 'unrecognized arguments: --seed 1'),
+        (['diagnose', 'bag', '--ouput', 'o'], "unrecognized argument: --ouput; did you mean '--output'?; see"),
+        (['replay', 'bag', '--parms=x'], "tcp_muscle replay: unrecognized argument: --parms; did you mean '--params'?"),
+        (['info', '--', '--chanel'], 'tcp_muscle info: --chanel: no such bag'),
     ],
 )
 def test_a_mistake_is_one_line_and_exit_code_2(arguments, says, tmp_path, monkeypatch):
