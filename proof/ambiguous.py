@@ -12,8 +12,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from proof.answers import Answer, named
 from proof.extend import extend
-from proof.score import ALIKE, Answer, named, wilson
+from proof.rates import wilson
+from proof.score import ALIKE
 
 REPORT, PROTOCOL = 'report.json', 'next_protocol.yaml'
 

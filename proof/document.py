@@ -7,7 +7,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-from proof.score import told
+from proof.rates import told
 from tcp_muscle_ros.report.style import AFTER, BEFORE, OTHER, SETPOINT, canvas
 
 Row = dict[str, Any]

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from proof.probability import answered
-from proof.score import wilson
+from proof.rates import wilson
 from proof.tool import Case, bags
 from tcp_muscle_ros.diagnosis.diagnose import skipped
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn

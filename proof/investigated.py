@@ -28,11 +28,12 @@ from typing import Any
 import numpy as np
 
 from proof import alternatives
+from proof.answers import Answer, exact, gap_closed, matched
 from proof.cases import PHYSICS, Case, make_case, signals_of
 from proof.generate import _plain, label, write_recording
 from proof.protocols import experiment
 from proof.prove import commit, machine
-from proof.score import Answer, exact, gap_closed, matched, told
+from proof.rates import told
 from proof.tool import HELD_OUT, REPORT, diagnose_case, users_errors
 from proof.truth import Experiment, observe
 from proof.truth.body import weight

@@ -19,10 +19,11 @@ from typing import Any
 
 import numpy as np
 
+from proof.answers import Answer, flagged, held_out_error, named, read_json
 from proof.cases import EXPRESSIBLE, PHYSICS, UNLISTED, in_turns
 from proof.generate import generate
 from proof.prove import DIAGNOSIS, Proof, commit, machine
-from proof.score import Answer, flagged, held_out_error, named, read_json, told
+from proof.rates import told
 from proof.tool import HELD_OUT, REPORT
 from tcp_muscle_ros.diagnosis.observation.observe import MOST
 from tcp_muscle_ros.process.threads import one_of_linear_algebra

@@ -29,7 +29,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from proof.prove import DIAGNOSIS
-from proof.score import wilson
+from proof.rates import wilson
 from proof.tool import REPORT
 from tcp_muscle_ros.diagnosis.answer.probability import NAMELESS, TERMS, probability
 from tcp_muscle_ros.errors import BadInput

@@ -29,10 +29,11 @@ from pathlib import Path
 from typing import Any
 
 from proof import alternatives, ambiguous
+from proof.answers import read
 from proof.cases import FULL, SUITES
 from proof.document import write_document
 from proof.generate import generate
-from proof.score import LOG, brief, note, read, tables, text
+from proof.score import LOG, brief, note, tables, text
 from proof.tool import HELD_OUT, REPORT, diagnose_case, users_errors
 from tcp_muscle_ros.diagnosis.observation.observe import MOST
 from tcp_muscle_ros.process.threads import one_of_linear_algebra

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from proof.alternatives import whiteness_bic
+from proof.answers import read_json
 from proof.cases import EXPRESSIBLE, Case
 from proof.generate import write_recording
 from proof.prove import commit, machine
-from proof.score import read_json
 from proof.tool import QUICK, bags, diagnose_case, errors, experiments_of, improved, replay
 from proof.tool import Case as Given
 from proof.truth import observe

@@ -10,12 +10,10 @@ is appended to the log.
 """
 
 import argparse
-import hashlib
 import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from itertools import pairwise
 from pathlib import Path
@@ -23,153 +21,41 @@ from typing import Any
 
 import numpy as np
 
+from proof.answers import (
+    Answer,
+    both,
+    covered,
+    exact,
+    flagged,
+    gap_closed,
+    in_first_set,
+    left_over,
+    matched,
+    named,
+    noise_ratios,
+    read,
+    right,
+    worse,
+)
+from proof.rates import wilson
+
 LOG = Path(__file__).parent / 'sealed_runs.jsonl'
 ALIKE = 0.85  # likeness from which a pair is taken as truly ambiguous
 PEAKS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, np.inf)  # bins of the power curve, in noise units
 STRENGTHS = (-0.25, 0.0, 0.25, 0.5, 0.75, 1.001)  # and by strength: 0 is barely visible, 1 obvious
-REACH = 1.1  # the recalibrated error must be so much larger than the oracle's for a gap to be there
 LEAST_NOISE, MOST_NOISE = 0.7, 1.5  # of the instrument's: what a stated noise may be
-NO_LIMIT = {'recalibration': None, 'oracle': None}
-
-
-def wilson(hits: int, n: int, z: float = 1.96) -> tuple[float, float]:
-    """The 95 % interval of a rate."""
-    if n == 0:
-        return 0.0, 1.0
-    p = hits / n
-    centre = (p + z**2 / (2 * n)) / (1 + z**2 / n)
-    half = z / (1 + z**2 / n) * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
-    return float(max(0.0, centre - half)), float(min(1.0, centre + half))
-
-
-def told(results: Sequence[bool]) -> str:
-    """How often, out of how many, with its interval, in words."""
-    low, high = wilson(sum(results), len(results))
-    return f'{sum(results)}/{len(results)} ({100 * low:.0f} to {100 * high:.0f} %)' if results else '-'
-
-
-@dataclass(frozen=True)
-class Answer:
-    """A label and what was reported for it."""
-
-    label: dict[str, Any]
-    report: dict[str, Any] | None
-    held_out: dict[str, float] | None = None  # root mean square by channel, SI
-    limits: Mapping[str, dict[str, float] | None] = field(default_factory=lambda: NO_LIMIT)
-
-    @property
-    def verdict(self) -> str:
-        """As reported."""
-        return str((self.report or {}).get('verdict', 'no report'))
-
-    @property
-    def findings(self) -> list[dict[str, Any]]:
-        """All of them, strongest first."""
-        return list((self.report or {}).get('findings') or [])
-
-    @property
-    def proposal(self) -> dict[str, Any] | None:
-        """The experiment that the report proposes."""
-        return (self.report or {}).get('next_experiment') or None
-
-    @property
-    def physics(self) -> list[dict[str, Any]]:
-        """Those that name physics of the muscle, not a fault of the set-up, nor a law without a name."""
-        return [f for f in self.findings if f.get('stage') != 'sensor' and not f.get('unlisted')]
-
-    @property
-    def truth(self) -> list[str]:
-        """The effects that are there and can be seen."""
-        return [e['effect'] for e in self.label['effects'] if e['visibility']['detectable']]
-
-    @property
-    def peak(self) -> float:
-        """The strongest 10 s of the weakest effect, in noise units."""
-        return min((max(e['visibility']['peak'].values()) for e in self.label['effects']), default=0.0)
-
-    @property
-    def stages(self) -> set[str]:
-        """The true ones."""
-        return {e['stage'] for e in self.label['effects']}
-
-    def stage(self) -> str:
-        """The stage that the report points to first."""
-        if self.findings:
-            return str(self.findings[0].get('stage'))
-        location = (self.report or {}).get('location') or (self.report or {}).get('unexplained') or {}
-        return str(location.get('stage'))
-
-
-def named(finding: dict[str, Any]) -> set[str]:
-    """The set that a finding stands for."""
-    return {str(finding.get('effect')), *(str(n) for n in finding.get('indistinguishable_from') or [])}
-
-
-def matched(findings: Sequence[dict[str, Any]], truth: Sequence[str]) -> bool:
-    """Is there exactly one finding for each true effect, each true effect in the set of its own finding?"""
-    if len(findings) != len(truth):
-        return False
-    if not truth:
-        return True
-    return any(
-        matched([*findings[:k], *findings[k + 1 :]], truth[1:])
-        for k, finding in enumerate(findings)
-        if truth[0] in named(finding)
-    )
-
-
-def held_out_error(answer: Answer, errors: Mapping[str, float] | None) -> float | None:
-    """One number for the free run on unseen recordings: root mean square over the channels, in noise units."""
-    noise = answer.label['noise']
-    shares = [errors[name] / noise[name] for name in errors if name in noise] if errors else []
-    return float(np.sqrt(np.mean(np.square(shares)))) if shares else None
-
-
-def gap(answer: Answer) -> tuple[float, float] | None:
-    """The held-out errors of the recalibrated muscle and of the oracle, where effects were there to be gained."""
-    before, best = (held_out_error(answer, answer.limits[name]) for name in ('recalibration', 'oracle'))
-    return (before, best) if before and best and before > REACH * best else None
-
-
-def gap_closed(answer: Answer) -> float | None:
-    """How far the improved muscle went from the recalibrated one to the oracle; without a report nowhere."""
-    found = gap(answer)
-    if not found:
-        return None
-    before, best = found
-    after = held_out_error(answer, answer.held_out)
-    return 0.0 if after is None else (before - after) / (before - best)
-
-
-def read(
-    directory: Path, reports: Path, labels: Path, beside: Path | None = None
-) -> tuple[dict[str, Any], list[Answer]]:
-    """The labels, if they are those that were sealed, with the reports. beside: the folder of the alternatives."""
-    seal = (directory / 'SEAL').read_text(encoding='utf-8').split()[0]
-    found = hashlib.sha256(labels.read_bytes()).hexdigest()
-    if found != seal:
-        raise SystemExit(f'{labels}: SHA-256 {found} is not that of {directory / "SEAL"}: {seal}')
-    suite = json.loads(labels.read_text(encoding='utf-8'))
-    answers = []
-    for label in suite['cases']:
-        name = label['case']
-        limits = {k: read_json(beside / k / name / 'held_out.json') if beside else None for k in NO_LIMIT}
-        report = read_json(reports / name / 'report.json')
-        answers.append(Answer(label, report, read_json(reports / name / 'held_out.json'), limits))
-    return {'suite': suite['suite'], 'seed': suite['seed'], 'seal': seal}, answers
-
-
-def read_json(path: Path) -> dict[str, Any] | None:
-    """What a file has; None where there is none."""
-    return json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
 
 
 Row = dict[str, Any]
 
 
 def rate(name: str, aim: str, answers: Iterable[Answer], hit: Callable[[Answer], bool]) -> Row:
-    """A row of the table: how often, out of how many, with its interval."""
-    results = [hit(answer) for answer in answers]
+    """A row of the table: how often, out of how many answers, with its interval."""
+    return counted(name, aim, [hit(answer) for answer in answers])
+
+
+def counted(name: str, aim: str, results: Sequence[bool]) -> Row:
+    """A row of what is counted otherwise than by answers."""
     hits, n = sum(results), len(results)
     low, high = wilson(hits, n)
     return {'score': name, 'aim': aim, 'value': hits / n if n else None, 'hits': hits, 'n': n, 'low': low, 'high': high}
@@ -233,26 +119,9 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         number('held-out gap closed, 10th percentile', '>= 0.80', gaps, lambda v: float(np.percentile(v, 10))),
         number('held-out error left, of the recalibrated, median', '', ratios, np.median),
         rate('held-out error made worse by a tenth', '', muscles, worse),
-        {**rate('90 % intervals that cover', '85 to 95 %', [], lambda a: True), **_count(inside)},
-        {**rate('noise as the instrument has it', '>= 95 %', [], lambda a: True), **_count(_noise_held(answers))},
+        counted('90 % intervals that cover', '85 to 95 %', inside),
+        counted('noise as the instrument has it', '>= 95 %', _noise_held(answers)),
     ]
-
-
-def in_first_set(answer: Answer) -> bool:
-    """Is the one true effect among those that the first finding stands for?"""
-    return bool(answer.findings) and answer.truth[0] in named(answer.findings[0])
-
-
-def left_over(answer: Answer) -> float | None:
-    """The held-out error as a share of the recalibrated one, where there is a gap."""
-    found, after = gap(answer), held_out_error(answer, answer.held_out)
-    return after / found[0] if found and after is not None else None
-
-
-def worse(answer: Answer) -> bool:
-    """Is the muscle further from unseen recordings than before?"""
-    before, after = (held_out_error(answer, e) for e in (answer.limits['recalibration'], answer.held_out))
-    return bool(before and after and after > REACH * before)
 
 
 def _nulls(nulls: Sequence[Answer], known: bool) -> list[Answer]:
@@ -260,45 +129,8 @@ def _nulls(nulls: Sequence[Answer], known: bool) -> list[Answer]:
     return [a for a in nulls if bool(a.label.get('nominal')) is known]
 
 
-def right(answer: Answer) -> bool:
-    """Is the verdict one of those that hold? A fault that leaves no trace may be passed over."""
-    quiet = () if answer.truth or answer.label['what'] == 'wrong_parameters' else ('match', 'wrong_parameters')
-    return answer.verdict in (*answer.label['verdicts'], *quiet)
-
-
-def exact(answer: Answer) -> bool:
-    """Are just the true effects named?"""
-    return sorted(str(finding['effect']) for finding in answer.findings) == sorted(answer.truth)
-
-
 def _true(answer: Answer) -> bool:
     return answer.label['effects'][0]['effect'] in {n for f in answer.findings for n in named(f)}
-
-
-def _count(inside: Sequence[bool]) -> Row:
-    low, high = wilson(sum(inside), len(inside))
-    return {
-        'value': sum(inside) / len(inside) if inside else None, 'hits': sum(inside), 'n': len(inside),
-        'low': low, 'high': high,
-    }  # fmt: skip
-
-
-def covered(answer: Answer) -> list[bool]:
-    """For each parameter that truth and report share and the data fix: is it within its interval?"""
-    found = []
-    for name, entry in ((answer.report or {}).get('calibration') or {}).items():
-        true = answer.label['parameters'].get(name)
-        if true is None or not entry.get('fixed_by_data', True):
-            continue
-        if entry.get('low') is not None and entry.get('high') is not None:
-            found.append(bool(entry['low'] <= true <= entry['high']))
-    return found
-
-
-def noise_ratios(answer: Answer) -> list[float]:
-    """Of each channel: the reported standard deviation of its noise over the one that its instrument has."""
-    stated, true = (answer.report or {}).get('noise') or {}, answer.label['noise']
-    return [float(stated[name]) / true[name] for name in stated if name in true]
 
 
 def _noise_held(answers: Sequence[Answer]) -> list[bool]:
@@ -308,19 +140,8 @@ def _noise_held(answers: Sequence[Answer]) -> list[bool]:
     return [LEAST_NOISE <= ratio <= MOST_NOISE for a in asked for ratio in noise_ratios(a)]
 
 
-def flagged(answer: Answer) -> bool:
-    """Does the report say that something remains which no name explains?"""
-    return answer.verdict == 'unexplained' or bool((answer.report or {}).get('unexplained'))
-
-
 def _flag_stage(answer: Answer) -> str:
     return str(((answer.report or {}).get('unexplained') or {}).get('stage'))
-
-
-def both(answer: Answer) -> bool:
-    """Is the pair reported as a pair?"""
-    pair = {answer.label['effects'][0]['effect'], answer.label['partner']}
-    return any(pair <= named(finding) for finding in answer.findings)
 
 
 def power_curve(answers: Sequence[Answer]) -> list[Row]:

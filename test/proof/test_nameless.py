@@ -2,10 +2,10 @@
 
 import pytest
 
+from proof.answers import Answer
 from proof.cases import EXPRESSIBLE, PHYSICS, make_case
 from proof.nameless import ALONE, BESIDE, CONTINUOUS, LISTED, OLD, both_told, closed, document, in_stage, wanted
 from proof.nameless import said_unlisted as said
-from proof.score import Answer
 
 
 def answer(truth, findings, unexplained=None, missed=None):

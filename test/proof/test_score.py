@@ -6,19 +6,10 @@ import json
 import pytest
 
 from proof import ambiguous
+from proof.answers import Answer, covered, gap_closed, matched, read
 from proof.document import comparison, met, score_table, wins, write_document
-from proof.score import (
-    Answer,
-    covered,
-    gap_closed,
-    matched,
-    power_curve,
-    read,
-    scores,
-    strength_curve,
-    tables,
-    wilson,
-)
+from proof.rates import wilson
+from proof.score import power_curve, scores, strength_curve, tables
 from proof.truth import EFFECTS
 
 NOISE = {'temperature': 0.2, 'displacement': 5e-5}

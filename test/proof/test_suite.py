@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
+from proof.answers import read
 from proof.cases import BASE, FULL, PHYSICS, SUITES, composition, make_case, signals_of
 from proof.extend import extend
 from proof.generate import generate, write_case
 from proof.recordings import INPUTS, Noise
-from proof.score import read
 from proof.truth import EFFECTS
 from proof.visibility import Refit, stack, visibility
 from tcp_muscle_ros.recording.bag import read_bag
