@@ -691,3 +691,32 @@ def test_a_line_of_dashes_below_the_headings_is_no_part_of_them(tmp_path):
 def test_a_temperature_that_was_asked_for_is_none_that_was_measured(tmp_path):
     (run,) = lab_text(tmp_path, 't (s),Tset (C),T (C),Isoll (A)', rows=[f'{k},50,{23 + k},0.2' for k in range(20)])
     assert [str(each.ref) for each in run.columns] == ["'T (C)'", "'Isoll (A)'"] and run.left_out == ('Tset (C)',)
+
+
+@pytest.mark.parametrize(
+    ('times', 'said'),
+    [
+        (
+            [k // 2 for k in range(40)],
+            "the time 'time_s' stands still in 20 of 40 rows, first in row 3: 0 after 0; give",
+        ),
+        (
+            [k * 17 % 40 for k in range(40)],
+            "the time 'time_s' falls in 16 of 40 rows, first in row 5: 11 after 34; sort",
+        ),
+    ],
+)
+def test_a_time_that_is_none_of_each_row_is_said_to_be_so(tmp_path, times, said):
+    with pytest.raises(BadInput, match=re.escape(said)) as refused:
+        lab_text(tmp_path, 'time_s,I (A),T (degC)', rows=[f'{t},0.1,{23 + k}' for k, t in enumerate(times)])
+    assert 'dt_s' in str(refused.value)
+
+
+@pytest.mark.parametrize(('way', 'sign'), [(1.0, 1), (-1.0, -1)])
+def test_a_change_of_length_that_grows_as_the_muscle_warms_is_its_contraction(tmp_path, way, sign):
+    warmth = [min(k, 60 - k) for k in range(60)]
+    rows = [f'{k},0.1,{23 + w},{way * w / 10:.3f}' for k, w in enumerate(warmth)]
+    (run,) = lab_text(tmp_path, 't (s),I (A),T (degC),dL (mm)', rows=rows)
+    (column,) = [column for column in run.columns if column.channel == 'displacement']
+    assert column.sign == sign
+    assert ("'dL (mm)' grows as the muscle warms: taken as its contraction" in run.notes) is (sign > 0)

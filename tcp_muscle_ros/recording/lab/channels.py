@@ -152,9 +152,12 @@ def _drafted(each: Candidate, length: float | None, way: Warmth, path: Path) -> 
     else:
         (unit, note), scale = _unit(each, path), 1.0
     notes = [note] if note else []
+    falls = way.falls(each)
+    if kind == 'elongation' and falls is False:  # it only contracts as it warms: a dL that counts the contraction
+        notes.append(f'{ref} grows as the muscle warms: taken as its contraction')
+        return DraftColumn(each.channel, ref, unit, 1, scale), notes
     if kind in ('length', 'elongation'):
         return DraftColumn(each.channel, ref, unit, -1, scale, from_first=kind == 'length'), notes
-    falls = way.falls(each)
     if kind in ('distance', 'strain') and falls is None:
         raise BadInput(
             f'{path}: {ref}: a {kind} that grows or falls as the muscle contracts, and nothing in it tells which; '

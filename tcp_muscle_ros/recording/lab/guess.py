@@ -162,6 +162,7 @@ def _runs(part: Part, path: Path) -> Iterator[DraftRun]:
     """The runs of a part: cut where its time begins anew."""
     time = time_of(part.columns, part.table.preamble)
     if time is None:
+        _refuse_disordered(part, path)
         raise BadInput(
             f'{path}: no time: none of the columns {_list(part.columns)} is one, and no sample rate is stated above; '
             f'add a column of times or a line such as "Sample rate: 20 Hz", or ',
@@ -173,6 +174,24 @@ def _runs(part: Part, path: Path) -> Iterator[DraftRun]:
     part = _forwards(part, time)
     for first, last in _stretches(part, time, path):
         yield _run(part if last - first == len(part.table.rows) else _rows_of(part, first, last), time, path)
+
+
+def _refuse_disordered(part: Part, path: Path) -> None:
+    """BadInput where a column is called a time, and its numbers stand still or fall in too many rows for one."""
+    for column in part.columns:
+        change = np.diff(column.numbers)
+        odd = np.flatnonzero(change <= 0.0)
+        if column.meaning.kind != 'time' or not len(odd):
+            continue
+        still, first = int(np.count_nonzero(change == 0.0)), int(odd[0]) + 1
+        stands = 2 * still >= len(odd)
+        what = f'stands still in {still}' if stands else f'falls in {len(odd) - still}'
+        mend = 'give it more digits' if stands else 'sort the rows'
+        raise BadInput(
+            f'{path}: the time {column.ref} {what} of {len(change) + 1} rows, first in row '
+            f'{part.table.rows[first].number}: {column.numbers[first]:g} after {column.numbers[first - 1]:g}; '
+            f'{mend}, or where rows come evenly, say dt_s (s from row to row) in a map (--map, see docs/recording.md)'
+        )
 
 
 def _forwards(part: Part, time: DraftTime) -> Part:
