@@ -13,7 +13,6 @@ import argparse
 import shutil
 import sys
 from collections.abc import Callable, Sequence
-from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +21,9 @@ import numpy as np
 from proof.answers import Answer, flagged, held_out_error, named, read_json
 from proof.cases import EXPRESSIBLE, PHYSICS, UNLISTED, in_turns
 from proof.generate import generate
-from proof.prove import DIAGNOSIS, Proof, commit, machine
+from proof.prove import DIAGNOSIS, Proof
 from proof.rates import told
+from proof.study import LEFT, REACH, add_page_arguments, made_by, say
 from proof.tool import HELD_OUT, REPORT
 from tcp_muscle_ros.diagnosis.observation.observe import MOST
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
@@ -36,8 +36,6 @@ OLD = tuple(name for pool in UNLISTED[:3] for name in pool)  # the fourth is for
 # Those that one continuous law at one stage, of one of the drivers that the package's free laws know, can be.
 CONTINUOUS = (*EXPRESSIBLE, 'boiling_film', 'cubic_softening', 'slow_stroke', 'touching_rail')
 OTHERS = ('recalibration', 'whiteness_bic')
-LEFT = 1.0  # noises: the error of a prediction that is right
-REACH = 1.5  # noises, that a recalibrated muscle must miss for there to be a gap
 
 
 def wanted(group: str, count: int, seed: int) -> list[tuple[str, str]]:
@@ -129,8 +127,8 @@ def document(groups: dict[str, list[Answer]], seed: int) -> str:
     lines = [
         '# Physics that no catalogue holds',
         '',
-        f'Made by `python -m proof.nameless --output DIR` (seed {seed}) on {date.today()}, revision {commit()}, on',
-        f'{machine()}. Effects, instruments and recordings are those of the truth generator (`proof/truth/`). Cases',
+        f'{made_by("proof.nameless", seed)} Effects, instruments and recordings are those of the truth generator '
+        '(`proof/truth/`). Cases',
         'count in which all that is concealed can be seen. Rates with their 95 % interval (Wilson).',
         '',
         '| | aim | reached |',
@@ -188,17 +186,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--jobs', type=int, default=2)
     for group in GROUPS:
         parser.add_argument(f'--{group}', type=int, default=COUNTS[group], metavar='N', help='cases (%(default)s)')
-    parser.add_argument('--document', type=Path, help='write the tables of what is done so far')
-    parser.add_argument('--only-document', action='store_true', help='diagnose nothing more')
+    add_page_arguments(parser)
     chosen = parser.parse_args(arguments)
     one_of_linear_algebra()  # before the processes of the pool begin
     groups = [Group(chosen.output, group, getattr(chosen, group), chosen.seed, chosen.jobs) for group in GROUPS]
     for group in () if chosen.only_document else groups:
         group.run()
-    text = document({group.group: group.answers() for group in groups}, chosen.seed)
-    print(text)
-    if chosen.document:
-        chosen.document.write_text(text, encoding='utf-8')
+    say(document({group.group: group.answers() for group in groups}, chosen.seed), chosen.document)
     return 0
 
 

@@ -13,7 +13,6 @@ import json
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from proof.alternatives import whiteness_bic
 from proof.answers import read_json
 from proof.cases import EXPRESSIBLE, Case
 from proof.generate import write_recording
-from proof.prove import commit, machine
+from proof.study import LEFT, REACH, add_page_arguments, made_by, say
 from proof.tool import QUICK, bags, diagnose_case, errors, experiments_of, improved, replay
 from proof.tool import Case as Given
 from proof.truth import observe
@@ -38,7 +37,6 @@ WAYS = ('recalibration', 'whiteness_bic', 'diagnosis')
 GENERATORS = ('slow_stroke', 'touching_rail', *EXPRESSIBLE)
 MOST = 500  # samples of a channel
 OWN = (('threshold', 'loss'), ('square', 'soft'), ('exponential', 'capacity'), ('saturation', 'free'))
-LEFT, REACH = 1.0, 1.5  # noises: a prediction that is right; what a recalibrated muscle must miss for there to be a gap
 
 
 def cases(seed: int) -> list[Case]:
@@ -101,8 +99,7 @@ def document(results: Sequence[dict[str, Any]], wanted: int, seed: int) -> str:
     lines = [
         '# How far a law without a name reaches',
         '',
-        f'Made by `python -m proof.reach --output DIR` (seed {seed}) on {date.today()}, revision {commit()}, on',
-        f'{machine()}. Muscles with one law that is in no catalogue, by the truth',
+        f'{made_by("proof.reach", seed)} Muscles with one law that is in no catalogue, by the truth',
         'generator: of a known form (`proof/written.py`), and the unlisted effects of its development suites that one',
         'continuous law can be. Each is diagnosed from three recordings and run as `improved.yaml` says on recordings',
         'that were not given: within the range of currents and loads, and a fifth beyond it in current, in load, and',
@@ -146,8 +143,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='python -m proof.reach', description=__doc__.splitlines()[0])
     parser.add_argument('--output', type=Path, required=True)
     parser.add_argument('--seed', type=int, default=2304)
-    parser.add_argument('--document', type=Path, help='write the tables')
-    parser.add_argument('--only-document', action='store_true', help='diagnose nothing more')
+    add_page_arguments(parser)
     chosen = parser.parse_args(arguments)
     one_of_linear_algebra()
     results = []
@@ -164,10 +160,7 @@ def main(arguments: list[str] | None = None) -> int:
             (folder / 'result.json').write_text(json.dumps(done) + '\n', encoding='utf-8')
             print(json.dumps(done), flush=True)
         results.append(done)
-    text = document(results, len(muscles), chosen.seed)
-    print(text)
-    if chosen.document:
-        chosen.document.write_text(text, encoding='utf-8')
+    say(document(results, len(muscles), chosen.seed), chosen.document)
     return 0
 
 
