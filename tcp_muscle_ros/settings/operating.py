@@ -175,13 +175,13 @@ _ROWS = (
     *(
         # The controller asks the steps of its feedback whether a value that does not change is a frozen one.
         Operating(
-            f'{channel}_{kind}_{unit}',
+            f'{channel}_{kind}_{unit.lower()}',
             0.0,
             unit,
             f'{meaning} of the {channel} sensor',
             BOTH if kind == 'quantum' and channel in ('resistance', 'displacement') else (SIM,),
         )
-        for channel, unit in (('temperature', 'k'), ('resistance', 'ohm'), ('displacement', 'm'), ('force', 'n'))
+        for channel, unit in (('temperature', 'K'), ('resistance', 'ohm'), ('displacement', 'm'), ('force', 'N'))
         for kind, meaning in (('noise', 'standard deviation'), ('quantum', 'step'))
     ),
     *(

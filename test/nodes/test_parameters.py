@@ -273,6 +273,7 @@ def test_help_answers_with_the_nodes_own_parameters(node, capsys):
 def test_help_of_the_twin_lists_its_parameters():
     from tcp_muscle_ros.nodes.arguments import usage
 
+    assert '(0.0 K)' in usage('sim_node') and '(0.0 N)' in usage('sim_node')
     said = usage(TWIN_NODE)
     assert all(f'  {name} ' in said for name in TWIN)
     assert 'how much of warm muscle two models are compared on (60.0 s)' in said
