@@ -45,3 +45,9 @@ def test_a_whole_number_beyond_all_others_is_refused_in_one_line(tmp_path):
     (tmp_path / 'muscle.yaml').write_text(f'/**:\n  ros__parameters:\n    hA: 1{"0" * 400}\n')
     with pytest.raises(BadInput, match="parameter 'hA' = inf: expected a finite number"):
         parameter_file.read(tmp_path / 'muscle.yaml')
+
+
+def test_a_tab_in_place_of_spaces_is_said_to_be_one():
+    with pytest.raises(NotYaml, match='a tab, which YAML does not take as an indent: put spaces') as raised:
+        parse('/**:\n  ros__parameters:\n\thA: 0.02\n')
+    assert raised.value.at == (3, 1)

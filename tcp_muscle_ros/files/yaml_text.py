@@ -51,6 +51,8 @@ def parse(text: str) -> object:
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         problem = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'no YAML'
+        if "'\\t'" in problem:
+            problem = 'a tab, which YAML does not take as an indent: put spaces'
         raise NotYaml(problem, (mark.line + 1, mark.column + 1) if mark else None) from None
     except RecursionError:
         raise NotYaml('nested too deeply') from None
