@@ -18,13 +18,13 @@ from tcp_muscle_ros.process.threads import with_one_of_linear_algebra
 from tcp_muscle_ros.recording.frames import to_frame
 from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
-from tcp_muscle_ros.settings.parameter_file import ParameterFile, read
+from tcp_muscle_ros.settings.parameter_file import ParameterFile, from_names, read, write
 from tcp_muscle_ros.settings.rig import read_rig
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Params: TypeAlias = str | Path | Calibrated | Diagnosed
+Params: TypeAlias = str | Path | Mapping[str, object] | Calibrated | Diagnosed
 Protocol: TypeAlias = str | Path | Mapping[str, object]
 
 
@@ -34,7 +34,8 @@ def simulate(protocol: Protocol, params: Params = DEFAULT_SET) -> 'pd.DataFrame'
 
     Args:
         protocol: a protocol file, or its content as a dict: ``rate_hz``, ``input``, ``segments`` ...
-        params: a parameter file, a shipped set, or what ``calibrate`` or ``diagnose`` returned.
+        params: a parameter file, a shipped set, what ``calibrate`` or ``diagnose`` returned, or names and values as in
+            a file: ``{'hA': 0.02, 'effects': ['creep']}``; what is not given is as in the default set.
 
     Returns:
         A frame with all channels, sensor noise and quantisation as the parameters say.
@@ -117,15 +118,27 @@ def _all(recordings: tuple[Source, ...]) -> list[Recording]:
 def _parameters(params: Params) -> ParameterFile:
     if isinstance(params, Calibrated | Diagnosed):
         return params.file
+    if isinstance(params, Mapping):
+        try:
+            return from_names(params)
+        except BadInput as mistake:
+            raise BadInput('params: ', *mistake.args) from None
+    if not isinstance(params, str | Path):
+        raise BadInput(
+            f'params is {params!r:.60}; expected a parameter file, a shipped set, a dict of names and values, or what '
+            'calibrate or diagnose returned'
+        )
     return read(params)
 
 
 @contextmanager
 def _protocol_file(protocol: Protocol, folder: Path) -> Iterator[Path]:
     """A protocol as a file; what is wrong with one that is no file is said without the file's name."""
-    if not isinstance(protocol, Mapping):
+    if isinstance(protocol, str | Path):
         yield Path(protocol)
         return
+    if not isinstance(protocol, Mapping):
+        raise BadInput(f'protocol is {protocol!r:.60}; expected a file, or its content as a dict')
     path = folder / 'protocol'
     try:
         path.write_text(yaml.safe_dump(dict(protocol)), encoding='utf-8')
@@ -138,8 +151,12 @@ def _protocol_file(protocol: Protocol, folder: Path) -> Iterator[Path]:
 
 
 def _params_file(params: Params, folder: Path) -> str | Path:
-    if not isinstance(params, Calibrated | Diagnosed):
+    if isinstance(params, str | Path):
         return params
     path = folder / 'params.yaml'
-    params.save(path)
+    if isinstance(params, Calibrated | Diagnosed):
+        params.save(path)
+    else:
+        given = _parameters(params)
+        write(path, given.parameters, operating=given.operating)
     return path

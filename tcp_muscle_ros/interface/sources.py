@@ -88,7 +88,7 @@ def _of_frame(source: object, channels: Mapping[str, str] | None = None) -> Reco
 
 
 def _is_bag(path: Path) -> bool:
-    return path.is_dir() or path.suffix in _BAGS or not path.exists()
+    return path.is_dir() or path.suffix in _BAGS or not (path.exists() or path.suffix)
 
 
 def _taken_as(recording: Recording, units: Mapping[str, str]) -> Recording:

@@ -149,7 +149,9 @@ def _seconds(times: 'pd.Series | pd.Index', unit: str | None, name: str) -> Arra
         time: Array = UNITS[unit or 's'].to_si(values.astype(np.float64))
     except (TypeError, ValueError):
         raise BadInput(f'{name}: the time is {values.dtype}, expected seconds or stamps') from None
-    if not len(time) or not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0):
+    if not len(time):
+        raise BadInput(f'{name}: it has no rows')
+    if not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0):
         raise BadInput(f'{name}: the time does not increase from row to row')
     since_first: Array = time - time[0]
     return since_first

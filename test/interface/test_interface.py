@@ -107,6 +107,15 @@ def test_from_a_protocol_to_an_improved_muscle_with_frames_in_between(muscle, tm
         found.save(tmp_path / 'improved.yaml')
 
 
+def test_parameters_may_be_given_by_their_names(muscle):
+    """As in a file: what is not given is as in the default set."""
+    named = {'effects': ['natural_convection'], 'natural_convection.n': 0.35}
+    noise = {'temperature_noise_k': 0.05, 'resistance_noise_ohm': 0.003, 'displacement_noise_m': 5e-6}
+    pd.testing.assert_frame_equal(tcp.simulate(PROTOCOL, named | noise), tcp.simulate(PROTOCOL, muscle))
+    start = tcp.calibrate(tcp.simulate(PROTOCOL, {'R0': 12.0}), params={'R0': 12.0}).table
+    assert start.loc['R0', 'nominal'] == 12.0
+
+
 def test_a_calibration_is_a_table_a_file_and_a_muscle(tmp_path):
     frame = tcp.simulate(PROTOCOL)
     found = tcp.calibrate(frame)
@@ -140,7 +149,13 @@ def test_a_plot_is_a_picture(tmp_path):
         ),
         (lambda: tcp.simulate(PROTOCOL, 'karami_tadesse_2071'), 'karami_tadesse_2071'),
         (tcp.diagnose, 'no recording'),
-        (lambda: tcp.load('nowhere.csv'), 'nowhere.csv'),
+        (lambda: tcp.load('nowhere.csv'), '^nowhere.csv: no such file'),
+        (lambda: tcp.load('nowhere'), '^nowhere: no such bag'),
+        (lambda: tcp.load(pd.DataFrame({'I (A)': []})), 'it has no rows'),
+        (lambda: tcp.simulate(PROTOCOL, {'ha': 0.02}), r"^params: unknown parameter 'ha'; did you mean 'hA'\?"),
+        (lambda: tcp.simulate(PROTOCOL, 3), '^params is 3; expected a parameter file'),
+        (lambda: tcp.simulate(3), '^protocol is 3; expected a file'),
+        (lambda: tcp.diagnose(pd.DataFrame({'x_m': [1, 2]}), params={'hA': 'x'}), '^params: '),
         (lambda: tcp.diagnose(pd.DataFrame({'x_m': [1, 2]})), 'which is no plausible value'),
     ],
 )
