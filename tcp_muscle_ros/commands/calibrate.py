@@ -51,8 +51,10 @@ def run(args: argparse.Namespace) -> int:
     """Fit, print the table, write the parameter file and its intervals."""
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+    from tcp_muscle_ros.process.compiling import tell_of_compiling
     from tcp_muscle_ros.report.tables import calibration_table
 
+    tell_of_compiling()
     output, nominal, experiments = admit(args)
     with Progress('calibrating') as progress:
         calibration = calibrate(experiments, nominal.parameters, separate=args.separate, progress=progress.beat)

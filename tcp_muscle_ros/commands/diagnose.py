@@ -81,8 +81,10 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose, write the report, print its summary. An interrupted diagnosis writes what it knows by then."""
     from tcp_muscle_ros.commands.one_diagnosis import diagnose_bags
     from tcp_muscle_ros.commands.progress import Progress
+    from tcp_muscle_ros.process.compiling import tell_of_compiling
     from tcp_muscle_ros.report.terminal import summary
 
+    tell_of_compiling()
     _refuse_rig(args)
     if args.manifest is not None:
         from tcp_muscle_ros.commands.campaign import run_campaign

@@ -92,7 +92,9 @@ def admit(args: argparse.Namespace) -> Admitted:
 def run(args: argparse.Namespace) -> int:
     """Investigate, or go on; 130 where it was interrupted."""
     from tcp_muscle_ros.files.outputs import remove, set_aside
+    from tcp_muscle_ros.process.compiling import tell_of_compiling
 
+    tell_of_compiling()
     args, folder, begin = admit(args)
     if args.resume:
         replaced = _settings(folder).get('replaces')

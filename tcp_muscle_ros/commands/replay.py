@@ -81,9 +81,11 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.diagnosis.observation.observe import conditions
     from tcp_muscle_ros.diagnosis.observation.prepare import prepare
     from tcp_muscle_ros.files.outputs import in_place_of
+    from tcp_muscle_ros.process.compiling import tell_of_compiling
     from tcp_muscle_ros.report.overlay import write_overlay
     from tcp_muscle_ros.report.tables import comparison_table, own_note
 
+    tell_of_compiling()
     output, figure, file, muscle, others, recording, experiment = admit(args)
     settled = None if args.as_given else prepare(recording, file.parameters, conditions(file), SETTLED_BY)
     own = None if settled is None else own_of(settled, muscle)

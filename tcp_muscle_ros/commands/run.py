@@ -75,6 +75,9 @@ def admit(args: argparse.Namespace) -> Admitted:
 
 def run(args: argparse.Namespace) -> int:
     """Play and record; 130 where it was interrupted."""
+    from tcp_muscle_ros.process.compiling import tell_of_compiling
+
+    tell_of_compiling()
     protocol, model, output, limits = admit(args)
     played = play(
         protocol,

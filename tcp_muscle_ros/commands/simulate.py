@@ -69,9 +69,11 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.commands.domain import Domain
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.files.outputs import in_place_of
+    from tcp_muscle_ros.process.compiling import tell_of_compiling
     from tcp_muscle_ros.recording.bag_writer import write_pieces
     from tcp_muscle_ros.settings.parameter_file import given_names, idle
 
+    tell_of_compiling()
     admitted = admit(args)
     domain = Domain(admitted.file.parameters['H0'])
     with Progress('simulating') as progress, in_place_of(admitted.output) as draft:

@@ -67,7 +67,9 @@ def calibrate(*recordings: Source, params: Params = DEFAULT_SET, separate: tuple
     """
     from tcp_muscle_ros.commands.calibrate import MOST, calibrated
     from tcp_muscle_ros.commands.progress import Progress
+    from tcp_muscle_ros.process.compiling import tell_of_compiling
 
+    tell_of_compiling()
     nominal = _parameters(params)
     with Progress('calibrating') as progress, with_one_of_linear_algebra():
         found = calibrated(_all(recordings), nominal, separate, MOST, progress.beat)
@@ -92,7 +94,9 @@ def diagnose(
     from tcp_muscle_ros.commands.calibrate import refuse_unknown
     from tcp_muscle_ros.commands.one_diagnosis import diagnosed
     from tcp_muscle_ros.commands.progress import Progress
+    from tcp_muscle_ros.process.compiling import tell_of_compiling
 
+    tell_of_compiling()
     refuse_unknown(separate)
     nominal = _parameters(params)
     known = read_rig(rig) if rig else None

@@ -24,6 +24,7 @@ from rclpy.signals import SignalHandlerOptions
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle.ahead import compile_ahead, is_compiled
 from tcp_muscle_ros.nodes.arguments import asks_for_help, check_arguments, idle_files, refuse_leftover, usage
+from tcp_muscle_ros.process.compiling import SAID as COMPILING
 
 _SHARE = 1e-4  # s: how long a callback may keep a tick that is due from running; Python's own 5 ms are five ticks
 _STOP = (signal.SIGINT, signal.SIGTERM)
@@ -185,7 +186,7 @@ def compile_model(name: str) -> None:
     """Compile the model if this installation has not, and say so: nothing else happens for 15 to 40 s."""
     if not is_compiled():
         log = get_logger(name)
-        log.info('compiling the model for this machine, 15 to 40 s; later starts find it')
+        log.info(COMPILING)
         compile_ahead(lambda step: log.info(f'compiling, {step}'))
 
 
