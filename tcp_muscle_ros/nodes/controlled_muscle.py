@@ -23,6 +23,7 @@ from tcp_muscle_ros.settings.parameter_file import read
 
 # Steps of a sensor that is not said to have any: movement below five of them proves nothing.
 _FINE = {'displacement': 2e-5, 'resistance': 2e-3}  # m, ohm: 20 um of movement, or what it changes the resistance by
+_RELEASED = 1e-3  # m, by which a muscle that is let go may stay above its setpoint in a room that is a little warmer
 _UNIT = {'displacement': 'm', 'resistance': 'ohm'}
 _HOTTEST_READING = 1000.0  # degC; more is a broken thermometer rather than a hot muscle
 
@@ -375,6 +376,11 @@ class ControlledMuscle(SafeMuscle):
                 yield (
                     f'setpoint {self._setpoint:.4g} m is beyond reach: {shaped:.4g} m is the most at '
                     f'{self.settings["current_limit_a"]:g} A and {self.settings["derate_temperature_c"]:g} degC'
+                )
+            elif shaped - self._setpoint > _RELEASED:
+                yield (
+                    f'setpoint {self._setpoint:.4g} m is beyond reach: {shaped:.4g} m is the least, without a current '
+                    '(positive when shorter)'
                 )
 
     def facts(self) -> Mapping[str, str]:

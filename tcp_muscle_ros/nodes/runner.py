@@ -29,6 +29,7 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.playing import Cold, Part, Supervisor, instants
+from tcp_muscle_ros.control.safety import celsius
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.pace import LockstepTime, RealTime, leads
@@ -55,6 +56,7 @@ _MEASURED = (*OUTPUTS, 'current')
 _HEARD_WITHIN = 10.0  # s, in which a muscle answers
 _SPEAKS_WITHIN = 60.0  # s, in which one that takes commands says what it measures: on a busy machine it may be starting
 _DIAGNOSED_WITHIN = 2.5  # s: they come once a second
+_SAY_AGAIN = 15.0  # s
 _COLD_WITHIN = 900.0  # s, in which a muscle cools
 _NAMED_WITHIN = 10.0  # s, in which a commander without a name gets one, or goes: a node of a moment ago, or this one
 # s, after which a run of the same name that stands has not been refused: that takes 15 s, and more on a busy machine.
@@ -309,15 +311,17 @@ class Runner:
     def wait_until_cold(self, ambient: float, time_constant: float) -> None:
         """Without current until the muscle is cold; without a thermometer for five of its time constants (s)."""
         self._cold = cold = Cold(ambient)
-        begun, said = self._time.now(), False
+        begun = self._time.now()
+        say_next = begun + 3.0
         self._supervisor.listen_anew(begun)  # while a person hung the load nobody listened
         while not cold.reached(now := self._time.now()):
             self._pause()
             if 'temperature' not in self._supervisor.heard and now - begun > 5.0 * time_constant:
                 break
-            if now - begun > 3.0 and not said:
-                said = True
-                self._say('waiting for the muscle to be cold')
+            if now > say_next:
+                say_next = now + _SAY_AGAIN
+                shown = '' if cold.temperature is None else f': {celsius(cold.temperature)}, room {celsius(ambient)}'
+                self._say(f'waiting for the muscle to be cold{shown}')
             if now - begun > _COLD_WITHIN:
                 raise BadInput(f'the muscle is not cold after {_COLD_WITHIN:.0f} s without a current')
         self._cold = None

@@ -163,6 +163,9 @@ def test_it_holds_the_last_setpoint_and_shows_what_it_can_do_of_an_impossible_on
     assert max(pair.command.values) <= 0.27
     told = 'setpoint 0.4 m is beyond reach: '
     bench.until(lambda: told in pair.facts()['message'], 'nobody is told')
+    pair.setpoint.publish(Float64(data=-0.02))
+    told_below = 'setpoint -0.02 m is beyond reach: 0 m is the least, without a current (positive when shorter)'
+    bench.until(lambda: told_below in pair.facts()['message'], 'nobody is told of a sign')
     pair.setpoint.publish(Float64(data=0.005))
     bench.until(lambda: 'beyond reach' not in pair.facts()['message'], 'it is told for ever')
 

@@ -292,6 +292,11 @@ def test_a_fault_of_the_driver_and_a_muscle_hotter_than_the_rig_allows_end_it(be
     hot = played(bench, tmp_path, '--rig', str(rig), duration=60.0, namespace='faulty', name='hot')
     assert re.search(r'stopped, 0 A: the temperature is (5[6-9]|6\d)\.', ended(bench, hot, 2))
     bench.until(lambda: current.last.data == 0.0, 'the current stays on', 2.0)
+    waiting = played(bench, tmp_path, '--yes', duration=60.0, namespace='faulty', name='waiting')
+    how_warm = re.compile(r'waiting for the muscle to be cold: \d\d\.\d degC, room 23\.0 degC')
+    bench.until(lambda: how_warm.search(waiting.said()), 'it waits in silence')
+    waiting.process.send_signal(signal.SIGINT)
+    assert 'interrupted before anything was played' in ended(bench, waiting, 130)
     assert bench.call(Trigger, '/faulty/sim_node/reset').success  # cold again
     program = played(bench, tmp_path, '--yes', duration=60.0, namespace='faulty', name='fault')
     bench.until(lambda: current.last.data == 0.2, 'nothing flows')
