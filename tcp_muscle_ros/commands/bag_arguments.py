@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,14 +34,20 @@ class Bags(argparse.Action):
 
 
 def bags_among(named: Sequence[str]) -> list[str]:
-    """The bags of a command line; ``FOLDER/*`` of an imported folder names its map, too."""
-    found = []
+    """The bags of a command line, each once; ``FOLDER/*`` of an imported folder names its map, too.
+
+    A bag that counted twice would show how well a muscle repeats itself, and know it the more surely.
+    """
+    found: list[str] = []
     for path in named:
         if Path(path).name == IMPORT_MAP and len(named) > 1:
             continue
         runs = Path(path).iterdir() if (Path(path) / IMPORT_MAP).is_file() else ()
         found += [str(run) for run in sorted(runs, key=by_number) if run.is_dir()] or [path]
-    return found
+    once: dict[str, str] = {}
+    for path in found:
+        once.setdefault(os.path.realpath(path), path)
+    return list(once.values())
 
 
 def add_bag_arguments(parser: argparse.ArgumentParser) -> None:

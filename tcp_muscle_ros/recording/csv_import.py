@@ -34,6 +34,7 @@ from tcp_muscle_ros.recording.units import UNITS
 
 _LONGEST_S = 366 * 86400.0
 LAB_KINDS = ('.csv', *KINDS)  # that are looked for in directories; a file that is named may be of any kind
+_BAG_KINDS = ('.mcap', '.db3')
 _SPREAD = '; where rows come evenly, say dt_s (s from row to row) in a map in place of time'
 _SLOWEST_S = 2.0  # from row to row, of a logger, by which the unit of its time is guessed
 
@@ -52,9 +53,13 @@ def lab_files(paths: Sequence[str | Path]) -> list[Path]:
     for path in map(Path, paths):
         if path.is_dir():
             below = sorted(file for file in path.rglob('*') if file.suffix.lower() in LAB_KINDS and file.is_file())
+            if not below and any(file.suffix in _BAG_KINDS for file in path.iterdir()):
+                raise BadInput(f"{path}: is a bag already; 'tcp_muscle info {path}' shows what is in it")
             if not below:
                 raise BadInput(f'{path}: no {", ".join(LAB_KINDS)} file in this directory')
             found += below
+        elif path.is_file() and path.suffix in _BAG_KINDS:
+            raise BadInput(f"{path}: is of a bag already; 'tcp_muscle info {path}' shows what is in it")
         elif path.is_file():
             found.append(path)
         else:

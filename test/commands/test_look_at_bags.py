@@ -104,7 +104,7 @@ def test_each_unit_that_may_be_meant_is_said_as_the_map_takes_it(tmp_path, capsy
             ['--unit', 'displacement=mm', '--map', 'm.yaml'],
             'change it there: m.yaml',
         ),
-        (['--unti', 'displacement=mm'], 'unrecognized arguments: --unti displacement=mm; see tcp_muscle import --help'),
+        (['--unti', 'displacement=mm'], "unrecognized argument: --unti; did you mean '--unit'?; see tcp_muscle import"),
     ],
 )
 def test_an_import_of_another_unit_that_cannot_be_is_refused(tmp_path, capsys, monkeypatch, options, says):
@@ -195,3 +195,28 @@ def test_a_folder_that_import_made_stands_for_the_bags_in_it(tmp_path, capsys, m
     assert main(['replay', 'lab', '--params', 'karami_tadesse_2017']) == 2
     assert 'bags in it: lab/run_10, lab/run_2' in capsys.readouterr().err
     assert main(['info', 'lab/import_map.yaml']) == 2
+
+
+def test_a_recording_that_is_named_twice_counts_once(tmp_path, monkeypatch, capsys):
+    """Else it would show how well the muscle repeats itself, and narrow the intervals."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'p.yaml').write_text(
+        '{rate_hz: 5, input: current, repeat: 2, segments: [{duration_s: 5, value: 0}, {duration_s: 30, value: 0.2}]}'
+    )
+    for name in ('a', 'b'):
+        assert main(['simulate', 'p.yaml', '--output', name]) == 0
+    capsys.readouterr()
+    assert main(['plot', 'b', 'a', './b', f'{tmp_path}/a/', '--output', 'x.png']) == 0
+    assert capsys.readouterr().out == 'x.png: 2 recording(s)\n'
+    assert main(['calibrate', 'a', 'a', '--output', 'muscle.yaml']) == 0
+    assert 'ambient [1]' in (told := capsys.readouterr().out) and 'ambient [2]' not in told
+
+
+def test_a_bag_that_is_imported_is_said_to_be_one_already(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'p.yaml').write_text('{rate_hz: 5, input: current, segments: [{duration_s: 1, value: 0}]}')
+    assert main(['simulate', 'p.yaml', '--output', 'a']) == 0
+    for bag in ('a', 'a/a_0.mcap'):
+        capsys.readouterr()
+        assert main(['import', bag, '--output', 'lab']) == 2
+        assert 'a bag already' in (said := capsys.readouterr().err) and said.count('\n') == 1
