@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -34,16 +33,12 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.pace import LockstepTime, RealTime, leads
 from tcp_muscle_ros.nodes.polled import Inputs
-from tcp_muscle_ros.nodes.recorder import Recorder
+from tcp_muscle_ros.nodes.recorder_beside import RecorderBeside
+from tcp_muscle_ros.nodes.rivals import NAMED_WITHIN, Rivals
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
 from tcp_muscle_ros.nodes.topics import (
     COMMAND_QOS,
-    COMMANDED_BY,
     LEASE,
-    NAMELESS,
-    NOBODY,
-    Commanders,
-    another,
     name_of,
     qos_mismatch,
 )
@@ -58,9 +53,6 @@ _SPEAKS_WITHIN = 60.0  # s, in which one that takes commands says what it measur
 _DIAGNOSED_WITHIN = 2.5  # s: they come once a second
 _SAY_AGAIN = 15.0  # s
 _COLD_WITHIN = 900.0  # s, in which a muscle cools
-_NAMED_WITHIN = 10.0  # s, in which a commander without a name gets one, or goes: a node of a moment ago, or this one
-# s, after which a run of the same name that stands has not been refused: that takes 15 s, and more on a busy machine.
-_STAYS = 60.0
 _LOOK = 1.0  # s between two looks at who else commands
 _TAIL = 0.2  # s of zero at the end of a part
 _SWITCH = 1e-4  # s that the recorder's thread may keep a command that is due from going out
@@ -101,11 +93,9 @@ class Runner:
         self._cold: Cold | None = None
         self._inputs = Inputs()
         self._time: RealTime | LockstepTime = RealTime(self._inputs.take)
-        self._recording: _Recording | None = None
+        self._recording: RecorderBeside | None = None
         self.asked = False  # to stop, by a signal
         self._prompting = False
-        self._commanders = Commanders()
-        self._nameless = False  # whether the last look found a commander without a name
 
     def __enter__(self) -> Runner:
         with ExitStack() as ending:
@@ -119,6 +109,7 @@ class Runner:
                 raise BadInput(f'--namespace {self._namespace}: {" ".join(str(error).split())}') from None
             ending.callback(self._node.destroy_node)
             self._topics = {kind: self._resolved(f'{kind}_command') for kind in DRIVES}
+            self._rivals = Rivals(self._node, self._topics, self._kind, self._answers)
             self._command = self._publisher(f'{self._kind}_command')
             self._load, self._late = self._publisher('load'), self._publisher(LATENESS)
             ending.callback(self._zero)
@@ -161,9 +152,9 @@ class Runner:
             if time.monotonic() - begun > patience:
                 raise BadInput(f'under {self._namespace} {self._lacking()} within {patience:.0f} s')
         answered = time.monotonic()
-        while not self._is_known() and time.monotonic() - answered < _DIAGNOSED_WITHIN:
+        while not self._rivals.told_of_me() and time.monotonic() - answered < _DIAGNOSED_WITHIN:
             self._pause()
-        self._refuse_another(_NAMED_WITHIN)
+        self._rivals.refuse(NAMED_WITHIN, self._pause, self._say)
 
     def _lacking(self) -> str:
         """What has not come, and how to mend that."""
@@ -178,58 +169,11 @@ class Runner:
                 return f'a muscle is measured, but {name_of(end)} takes {topic} with an incompatible QoS: {why};'
         return f'a muscle is measured, but no node takes {topic} (start its driver, or play a current)'
 
-    def _is_known(self) -> bool:
-        """Whether the muscle's driver has said who commands it since it has found this node, if it says that at all.
-
-        It may have found another commander long before the graph of this node shows it.
-        """
-        me = self._node.get_fully_qualified_name()
-        return bool(self._answers) and all(me in names for names in self._named() if names)
-
-    def _named(self) -> list[set[str]]:
-        """The nodes that command the muscle by each of its drivers' words; empty where one does not say it."""
-        said = ({value.key: value.value for value in status.values} for status in self._answers.values())
-        return [set(filter(None, facts.get(COMMANDED_BY, '').split(', '))) for facts in said]
-
     def _join(self) -> None:
         """Where a simulation in lockstep is the muscle, its ticks are the time from now on."""
         measured = (self._resolved(CHANNELS[name].topic) for name in _MEASURED)
         if isinstance(self._time, RealTime) and leads(self._node, measured):
             self._time, self._supervisor = LockstepTime(self._node, self._take_tick), Supervisor(self._hottest)
-
-    def _refuse_another(self, patience: float) -> None:
-        """BadInput where another node commands the muscle, by the graph of this node or by the driver's word.
-
-        One of this node's name is given so long (s) to go: it may have been killed. A node that has just begun never
-        sees those, and should be gone before one that plays takes it for one that stays (_STAYS).
-        """
-
-        def others() -> set[str]:
-            said = set[str]().union(*self._named()) - {self._node.get_fully_qualified_name(), NOBODY}
-            return self._others(0.0) | said
-
-        begun, namesake = time.monotonic(), another(self._node.get_fully_qualified_name())
-        passing = {NAMELESS: _NAMED_WITHIN, namesake: patience}
-        if namesake in others():
-            self._say(f'{namesake} commands this muscle too; waiting {patience:.0f} s for it to go')
-        while (found := others()) and time.monotonic() - begun < min(passing.get(name, 0.0) for name in found):
-            self._pause()
-        if found:
-            raise BadInput(f'{min(found)} commands this muscle too; stop it first: only one node may command a muscle')
-
-    def _others(self, standing: float) -> set[str]:
-        """Other commanders of the muscle, by the graph of this node; those of its own name that stand so long (s)."""
-        # Counting tells that there is nobody else; who it is takes a walk through the graph.
-        if all(self._node.count_publishers(topic) <= (kind == self._kind) for kind, topic in self._topics.items()):
-            return set()
-        found = self._commanders.look(self._node, self._topics.values(), standing)
-        return found - {self._node.get_fully_qualified_name()}
-
-    def _another(self) -> str:
-        """Another commander, '' where there is none; one without a name only if the last look found it so too."""
-        others = self._others(_STAYS)
-        passing, self._nameless = not self._nameless, NAMELESS in others
-        return min(others - {NAMELESS} if passing else others, default='')
 
     # What is heard
 
@@ -330,7 +274,7 @@ class Runner:
         """Play a part and record it. Ends with 0 A, whatever happens; the bag is complete up to then."""
         when, drives, loads = (values.tolist() for values in instants(part))
         lateness: list[float] = []
-        self._refuse_another(LEASE)
+        self._rivals.refuse(LEASE, self._pause, self._say)
         with self._recorded(bag, known) as recorded:
             supervisor = self._supervisor
             supervisor.begin()
@@ -350,7 +294,7 @@ class Runner:
                     self._record()
                     if due - looked > _LOOK:
                         looked = due
-                        if other := self._another():
+                        if other := self._rivals.newcomer():
                             supervisor.end(f'{other} commands this muscle too')
                     if recorded.failure is not None:
                         raise recorded.failure
@@ -384,10 +328,10 @@ class Runner:
         self._command.publisher.wait_for_all_acked(Duration(seconds=0.5))
 
     @contextmanager
-    def _recorded(self, bag: Path, known: Mapping[str, object]) -> Iterator[_Recording]:
+    def _recorded(self, bag: Path, known: Mapping[str, object]) -> Iterator[RecorderBeside]:
         """Record to a new bag while in it, from when every measurement has reached it."""
         in_thread = isinstance(self._time, RealTime)
-        self._recording = recording = _Recording(bag, self._namespace, known, in_thread)
+        self._recording = recording = RecorderBeside(bag, self._namespace, known, {LATENESS: Float64}, in_thread)
         before = sys.getswitchinterval()
         try:
             wanted = {self._resolved(CHANNELS[name].topic) for name in self._supervisor.heard}
@@ -413,42 +357,3 @@ def speaks_for(namespace: str, name: str) -> bool:
     above, slash, own = name.rpartition('/')
     of_several = f'{above.rpartition("/")[0]}/{own}'
     return not slash or above == namespace.rstrip('/') or (bool(above) and of_several == namespace)
-
-
-class _Recording:
-    """A recorder; ``in_thread``: in one of its own, else what has come is recorded when told to."""
-
-    def __init__(self, bag: Path, namespace: str, known: Mapping[str, object], in_thread: bool) -> None:
-        self.failure: BaseException | None = None
-        self._recorder = Recorder(bag, namespace, False, lambda _: None, known=known, more={LATENESS: Float64})
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name='recorder', daemon=True) if in_thread else None
-        if self._thread is not None:
-            self._thread.start()
-
-    def _run(self) -> None:
-        try:
-            self._recorder.run(None, self._stop.is_set)
-        except BaseException as failure:
-            self.failure = failure
-
-    def take(self, at: int) -> None:
-        """Record what has come, as of ``at`` (ns)."""
-        try:
-            self._recorder.turn(at)
-        except BadInput as failure:
-            self.failure = failure
-
-    @property
-    def topics(self) -> frozenset[str]:
-        """Those of which something is in the bag."""
-        return self._recorder.topics
-
-    def end(self) -> None:
-        """Finish the bag. Raises what went wrong meanwhile."""
-        self._stop.set()
-        if self._thread is not None:
-            self._thread.join()
-        self._recorder.close()
-        if self.failure is not None:
-            raise self.failure
