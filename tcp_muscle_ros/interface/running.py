@@ -1,5 +1,6 @@
 """Simulating, calibrating, diagnosing and drawing, as the commands of ``tcp_muscle`` do it."""
 
+import os
 import tempfile
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
@@ -116,6 +117,10 @@ def plot(*recordings: Source) -> Picture:
 def _all(recordings: tuple[Source, ...]) -> list[Recording]:
     if not recordings:
         raise BadInput('no recording; expected at least one frame, bag or file')
+    if len({os.path.realpath(one) if isinstance(one, str | Path) else id(one) for one in recordings}) < len(recordings):
+        raise BadInput(
+            'a recording is given twice, and would count as how well the muscle repeats itself; give it once'
+        )
     return [recording_of(source) for source in recordings]
 
 

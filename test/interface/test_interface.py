@@ -149,6 +149,8 @@ def test_a_plot_is_a_picture(tmp_path):
         ),
         (lambda: tcp.simulate(PROTOCOL, 'karami_tadesse_2071'), 'karami_tadesse_2071'),
         (tcp.diagnose, 'no recording'),
+        (lambda: tcp.calibrate('bag', './bag'), '^a recording is given twice'),
+        (lambda: tcp.diagnose(*[pd.DataFrame({'x_m': [1, 2]})] * 2), '^a recording is given twice'),
         (lambda: tcp.load('nowhere.csv'), '^nowhere.csv: no such file'),
         (lambda: tcp.load('nowhere'), '^nowhere: no such bag'),
         (lambda: tcp.load(pd.DataFrame({'I (A)': []})), 'it has no rows'),
