@@ -40,7 +40,12 @@ from tcp_muscle_ros.settings.parameter_file import read, write
 
 NOMINAL = Parameters.named('karami_tadesse_2017')
 RATE = 10.0  # Hz
-NOISE = {'temperature_noise_k': 0.1, 'resistance_noise_ohm': 5e-3, 'displacement_noise_m': 3e-5}
+NOISE = {'temperature': 0.1, 'resistance': 5e-3, 'displacement': 3e-5}  # K, ohm, m: standard deviations
+SENSORS = {
+    'temperature_noise_k': NOISE['temperature'],
+    'resistance_noise_ohm': NOISE['resistance'],
+    'displacement_noise_m': NOISE['displacement'],
+}
 # The watchdog is on the wall's clock, of which a busy machine may lose a second.
 OPERATING = {'load_n': 0.060 * GRAVITY, 'rate_hz': RATE, 'current_limit_a': 0.3, 'command_timeout_s': 3.0}
 MOVED = ('hA', 'C', 'R0', 'a_R', 'k0', 'B')  # parameters that a specimen has for itself, by up to
@@ -105,8 +110,7 @@ def shows(muscle: Parameters) -> bool:
         now = [steps[k] for k in np.searchsorted(ends, time, side='right')]
         current, load = np.array([step.current for step in now]), np.array([step.mass * GRAVITY for step in now])
         with_it, without = (simulate(m, time, current, load=load) for m in (muscle, muscle.only_effects([])))
-        for key, noise in NOISE.items():
-            channel = key.split('_')[0]
+        for channel, noise in NOISE.items():
             off = getattr(with_it, channel) - getattr(without, channel)
             if float(np.sqrt(np.mean(off**2))) > 3.0 * noise:
                 return True
@@ -305,8 +309,7 @@ def unseen_errors(
         moments += np.maximum(found.time - here[-1], 0.0)
         node = np.interp(moments, again[name].time, again[name].value)
         error = float(np.sqrt(np.mean((node - found.recorded) ** 2)))
-        noise = {'temperature': 0.1, 'resistance': 5e-3, 'displacement': 3e-5}[name]
-        values = (found.rmse, better[name].rmse, error, noise)
+        values = (found.rmse, better[name].rmse, error, NOISE[name])
         rows.append([name, *(f'{value * factor:.3g} {unit}' for value in values)])
         curves[name] = {'nominal': found.predicted, 'improved': better[name].predicted, 'node': node}
     return rows, recorded, curves
@@ -388,7 +391,7 @@ def main() -> int:
     write(nominal, NOMINAL, operating=OPERATING)
     with tempfile.TemporaryDirectory() as hidden:
         concealed = Path(hidden) / 'muscle.yaml'
-        write(concealed, truth, operating={**OPERATING, **NOISE})
+        write(concealed, truth, operating={**OPERATING, **SENSORS})
         record_all(concealed, {**EXPERIMENTS, 'unseen': UNSEEN}, folder)
     report = folder / 'report'
     command = [sys.executable, '-m', 'tcp_muscle_ros.tool', 'diagnose', *(str(folder / name) for name in EXPERIMENTS)]

@@ -148,7 +148,7 @@ class Diagnosed:
 
     def _repr_html_(self) -> str:
         """Headline, findings with their sentences, errors before and after."""
-        from tcp_muscle_ros.report.words import VERDICTS, chance, error_text, plain
+        from tcp_muscle_ros.report.words import VERDICTS, chance, fit_texts, plain
 
         d = self.diagnosis
         rows = ''.join(
@@ -160,9 +160,7 @@ class Diagnosed:
         found = f'<table><thead>{heads}</thead><tbody>{rows}</tbody></table>' if d.findings else ''
         errors = ''.join(
             f'<tr><td>{escape(plain(name))}</td>'
-            + ''.join(
-                f'<td>{escape(error_text(name, each))}</td>' for each in (f.nominal, f.calibrated, f.improved, f.noise)
-            )
+            + ''.join(f'<td>{escape(text)}</td>' for text in fit_texts(name, f))
             + '</tr>'
             for name, f in d.fit.items()
         )

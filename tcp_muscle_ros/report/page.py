@@ -30,6 +30,7 @@ from tcp_muscle_ros.report.words import (
     cluster_text,
     digits_text,
     error_text,
+    fit_texts,
     interval_text,
     left_by_listed,
     listed,
@@ -197,10 +198,7 @@ def _experiment(d: Diagnosis) -> str:
 
 
 def _fit(d: Diagnosis) -> list[list[str]]:
-    return [
-        [channel, *(error_text(channel, e) for e in (f.nominal, f.calibrated, f.improved, f.noise))]
-        for channel, f in d.fit.items()
-    ]
+    return [[channel, *fit_texts(channel, f)] for channel, f in d.fit.items()]
 
 
 def _unseen(d: Diagnosis) -> str:

@@ -12,6 +12,7 @@ from tcp_muscle_ros.report.words import (
     chance,
     digits_text,
     error_text,
+    fit_texts,
     left_by_listed,
     listed,
     number,
@@ -126,10 +127,7 @@ def _calibration(d: Diagnosis) -> list[str]:
 def _fit(d: Diagnosis) -> list[str]:
     if not d.fit:
         return []
-    rows = [
-        [channel, *(error_text(channel, e) for e in (f.nominal, f.calibrated, f.improved, f.noise))]
-        for channel, f in d.fit.items()
-    ]
+    rows = [[channel, *fit_texts(channel, f)] for channel, f in d.fit.items()]
     lines = table(['RMSE', 'nominal', 'recalibrated', IMPROVED, 'noise'], rows).splitlines()
     return [lines[0], *lines[2:]]  # without the rule: lines are dear here
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import isfinite
 
 from tcp_muscle_ros.diagnosis.answer.digits import digits_text, number, value_text
-from tcp_muscle_ros.diagnosis.answer.findings import Change, Finding, Value
+from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, Value
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.search.location import Driver, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
@@ -102,6 +102,11 @@ def error_text(channel: str, rmse: float, *, unit: bool = True) -> str:
     name, factor = SHOWN.get(channel, ('', 1.0))
     text = number(rmse * factor)
     return f'{text} {name}'.strip() if unit and text != '-' else text
+
+
+def fit_texts(channel: str, fit: ChannelFit) -> list[str]:
+    """The errors of a channel's models, nominal, recalibrated and improved, and its noise."""
+    return [error_text(channel, error) for error in (fit.nominal, fit.calibrated, fit.improved, fit.noise)]
 
 
 def change_text(channel: str, change: Change) -> str:
