@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.search.second_start import select_twice
 CHANNELS = ('temperature', 'resistance', 'displacement')
 CREEPING = TRUE.replace({'creep.J': 0.3, 'creep.tau50': 20.0}).with_effects('creep')
 AT_THE_START = (0.0, -1.0, -0.6)
+FAR_APART = (0.0, -1.0, 1.0)  # so that only a second start finds the law
 
 
 def found_in(starts):
@@ -58,5 +59,6 @@ def test_a_second_start_after_which_no_work_is_left_does_not_count_for_nothing_h
         found.final.problem.work.add(found.final.problem.work.limit)
         return start
 
+    assert [c.effect for c in found_in(FAR_APART).chosen] == ['creep']
     monkeypatch.setattr(second_start, '_best_start', spent)
-    assert not found_in(AT_THE_START).chosen
+    assert not found_in(FAR_APART).chosen

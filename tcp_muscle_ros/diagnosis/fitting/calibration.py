@@ -26,6 +26,9 @@ from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects.effect import SWING
 
 _FACTORS = (0.125, 0.35, 1.0, 2.8, 8.0)
+# Evaluations at most. Three channels need some twenty; where the stroke alone is recorded, heat exchange, capacity and
+# gain trade against each other, and a fit goes along that valley for a hundred.
+_FREELY, _BRIEFLY = 200, 60
 
 
 @dataclass(frozen=True)
@@ -116,15 +119,27 @@ def calibrate(
     bare = Problem(tuple(experiments), nominal, (), quick_noise(experiments), tuple(latents))
     unknowns = base_unknowns(bare.followed, nominal, dict.fromkeys(separate, True))
     problem = replace(bare, unknowns=tuple(unknowns))
-    freely = partial(fit, rounds=40, progress=progress)
-    briefly = partial(fit, rounds=12, progress=progress)
-    cold = under_what_is_left(freely(problem, coarse_start(problem)), briefly, rounds - 1)
+    freely = partial(fit, rounds=_FREELY, progress=progress)
+    briefly = partial(fit, rounds=_BRIEFLY, progress=progress)
+    cold = freely(problem, coarse_start(problem))
+    if rounds > 1:
+        cold = under_what_is_left(_begun_twice(cold, freely), briefly, rounds - 2)
     fitted = begun_warm(cold, freely, coarse_start)
     if fitted is not cold:
         fitted = under_what_is_left(fitted, briefly, rounds - 1)
     problem = fitted.problem
     found = estimates(problem.model, problem.unknowns, fitted.z, fitted.covariance)
     return Calibration(fitted, tuple(found), tuple(_combinations(fitted)))
+
+
+def _begun_twice(fitted: Fit, fitting: Callable[..., Fit]) -> Fit:
+    """The fit under the noise that it leaves, begun where it was and at the coarse start of that.
+
+    The noise of single readings makes walls of what the model misses, between which the first fit may be caught.
+    """
+    problem = fitted.problem.with_noise(left_over_noise(fitted))
+    begun = [fitting(problem, fitted.z, known=fitted.rough_slopes), fitting(problem, coarse_start(problem))]
+    return min(begun, key=lambda f: f.objective)
 
 
 def under_what_is_left(fitted: Fit, fitting: Callable[..., Fit], times: int = 1) -> Fit:

@@ -50,7 +50,7 @@ class TcpMuscle(Model):
             'thermocouple amplifiers: cold junction follows the board by 0.1 to 0.25 K',
             adds='a thermometer on the muscle: it tells thermal from mechanical causes',
             without='no thermometer was recorded: the temperature is inferred from the input; hA, C and the stroke '
-            'gain are known in combination only, and thermal and mechanical causes are hard to tell apart',
+            'gain trade against each other, and thermal and mechanical causes are hard to tell apart',
         ),
         'resistance': Channel(
             'electrical',
