@@ -148,7 +148,7 @@ class Diagnosed:
 
     def _repr_html_(self) -> str:
         """Headline, findings with their sentences, errors before and after."""
-        from tcp_muscle_ros.report.words import VERDICTS, chance, fit_texts, plain
+        from tcp_muscle_ros.report.words import chance, fit_texts, plain, verdict_words
 
         d = self.diagnosis
         rows = ''.join(
@@ -166,7 +166,7 @@ class Diagnosed:
         )
         heads = '<tr><th>RMSE</th><th>nominal</th><th>recalibrated</th><th>improved</th><th>noise</th></tr>'
         fit = f'<table><thead>{heads}</thead><tbody>{errors}</tbody></table>' if d.fit else ''
-        verdict = f'verdict: {VERDICTS[d.verdict]} ({d.verdict})'
+        verdict = f'verdict: {verdict_words(d)} ({d.verdict})'
         return f'<div><p><b>{escape(d.headline)}</b></p><p>{escape(verdict)}</p>{found}{fit}</div>'
 
 

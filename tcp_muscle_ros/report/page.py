@@ -23,7 +23,6 @@ from tcp_muscle_ros.report.tables import unfixed
 from tcp_muscle_ros.report.telling import compared
 from tcp_muscle_ros.report.viewer import embedded, viewer_data
 from tcp_muscle_ros.report.words import (
-    VERDICTS,
     at_edge,
     chance,
     change_text,
@@ -43,6 +42,7 @@ from tcp_muscle_ros.report.words import (
     probability_text,
     range_text,
     told_apart,
+    verdict_words,
 )
 
 _STILL = 'channels.png'  # for who has no scripts; the viewer shows all of it
@@ -94,7 +94,7 @@ def _told(d: Diagnosis) -> dict[str, Any]:
     return {
         'd': d,
         'verdict': plain(d.verdict),
-        'verdict_words': VERDICTS[d.verdict],
+        'verdict_words': verdict_words(d),
         'verdict_probability': None if probability is None else chance(probability),
         'findings': [_finding(f) for f in d.findings],
         'unexplained': _unexplained(d),

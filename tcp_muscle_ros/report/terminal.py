@@ -7,7 +7,6 @@ from tcp_muscle_ros.muscle import SPECIFICATIONS
 from tcp_muscle_ros.report.report_json import IMPROVED, PROTOCOL
 from tcp_muscle_ros.report.tables import table
 from tcp_muscle_ros.report.words import (
-    VERDICTS,
     at_edge,
     chance,
     digits_text,
@@ -23,6 +22,7 @@ from tcp_muscle_ros.report.words import (
     probability_text,
     range_text,
     told_apart,
+    verdict_words,
 )
 
 WIDTH = 100  # characters
@@ -35,7 +35,7 @@ def summary(diagnosis: Diagnosis, report: object = None) -> str:
     """The outcome for the terminal, in lines of WIDTH characters; ``report``: where all of it is."""
     d = diagnosis
     partial = 'INTERRUPTED, partial ' if d.partial else ''
-    lines = [f'{partial}verdict: {VERDICTS[d.verdict]} ({d.verdict})']
+    lines = [f'{partial}verdict: {verdict_words(d)} ({d.verdict})']
     lines += [_recordings(d), *_repeatability(d), *_location(d), *_findings(d)]
     lines += [*_calibration(d), *_fit(d), *_unexplained(d), *_not_testable(d)]
     if d.next_experiment:

@@ -6,7 +6,8 @@ from dataclasses import replace
 from math import isfinite
 
 from tcp_muscle_ros.diagnosis.answer.digits import digits_text, number, value_text
-from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, Value
+from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Diagnosis, Finding, Value
+from tcp_muscle_ros.diagnosis.answer.sentences import of_surroundings
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.search.location import Driver, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
@@ -21,6 +22,8 @@ VERDICTS = {
     'unexplained': 'something is missing that no listed effect explains',
     'insufficient_data': 'the recordings do not allow a verdict',
 }
+# Where all physics that was found is of the room or the air.
+_SURROUNDINGS = 'the room or the air went its own way, no physics of the muscle is seen to be missing'
 # Units of what a misfit may go with (SI inside); a temperature is absolute unless it is a rate.
 _DRIVER_UNITS = {
     'temperature': 'K',
@@ -33,6 +36,14 @@ _DRIVER_UNITS = {
     'cycle': '',
 }
 _PER_RECORDING = re.compile(rf'^({AMBIENT}|{START})(?![\w.])')
+
+
+def verdict_words(diagnosis: Diagnosis) -> str:
+    """A verdict as people say it."""
+    physics = [f for f in diagnosis.findings if f.stage != 'sensor']
+    if diagnosis.verdict == 'missing_physics' and physics and all(map(of_surroundings, physics)):
+        return _SURROUNDINGS
+    return VERDICTS[diagnosis.verdict]
 
 
 def listed(names: Sequence[str]) -> str:

@@ -90,6 +90,17 @@ def test_what_is_more_likely_absent_than_there_may_be_lacking():
     assert finding_sentence('heat_capacity', values, (), 0.6).startswith('The recordings show heat capacity')
 
 
+def test_a_room_that_drifts_is_not_said_to_be_physics_that_the_muscle_lacks():
+    place, fits = located(0.5, 0.3), {'temperature': ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.6, 0.2))}
+    room = replace(FINDING, effect='ambient_drift', stage='thermal')
+    alone = headline('missing_physics', [room], place, fits, None)
+    assert 'The recordings have ambient drift, of the room and not of the muscle; with it the error' in alone
+    both = headline('missing_physics', [room, FINDING], place, fits, None)
+    assert (
+        'The simulation lacks creep, and the recordings have ambient drift, of the room and not of the muscle' in both
+    )
+
+
 def test_the_misfit_of_a_sensor_is_not_laid_to_physics():
     """A thermometer that lags misses the temperature; a creep that was found as well does not."""
     place, fits = located(0.5, 0.3), {'temperature': ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.6, 0.2))}

@@ -137,15 +137,28 @@ def _recalibrated(fits: Mapping[str, ChannelFit]) -> str:
     return f'recalibrated, the error of the {quantity(name)} falls from {before} to {after} (noise {noise})'
 
 
+def of_surroundings(finding: Finding) -> bool:
+    """Whether it is of the room or the air while it was recorded, and neither of the muscle nor of a sensor."""
+    effect = EFFECTS.get(finding.effect)  # of another machine there is none
+    return finding.stage != 'sensor' and effect is not None and effect.circumstance
+
+
 def _cause(findings: Sequence[Finding], stage: str) -> str:
-    """What was found: of the muscle, else of the sensors; of these too, and first, where the misfit that was told is of
-    their ``stage``."""
-    physics, sensors = ([f for f in findings if (f.stage == 'sensor') is sensor] for sensor in (False, True))
-    lacks = _said('The simulation', 'lack', physics)
-    if physics and not (stage == 'sensor' and sensors):
-        return lacks
-    adds = _said('The sensors', 'add', sensors)
-    return f'{adds}, and {lacks[0].lower()}{lacks[1:]}' if physics else adds
+    """What was found: of the muscle, of what surrounds it, of the sensors; of these first, where the misfit that was
+    told is of their ``stage``."""
+    around, sensors = ([f for f in findings if is_one(f)] for is_one in (of_surroundings, _of_sensor))
+    muscle = [f for f in findings if f not in around and f not in sensors]
+    said = [_said('The simulation', 'lack', muscle)] if muscle else []
+    if around:
+        said.append(f'{_said("The recordings", "have", around)}, of the room and not of the muscle')
+    if sensors and (stage == 'sensor' or not said):
+        said.insert(0, _said('The sensors', 'add', sensors))
+    first, *others = said
+    return ', and '.join([first, *(other[0].lower() + other[1:] for other in others)])
+
+
+def _of_sensor(finding: Finding) -> bool:
+    return finding.stage == 'sensor'
 
 
 def _said(who: str, does: str, findings: Sequence[Finding]) -> str:
