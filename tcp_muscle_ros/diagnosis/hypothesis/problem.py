@@ -202,6 +202,11 @@ class Problem:
                     constants[name, k] = white / np.linalg.norm(white)
         return constants
 
+    def forget(self) -> None:
+        """Let go of what is computed again when it is asked for, and is large: for a problem that is kept."""
+        for name in ('_whitening', '_constants'):
+            self.__dict__.pop(name, None)
+
     def zeros(self, predicted: Shown, recording: int) -> dict[str, float]:
         """The floating zeros that the projection takes out (SI): recorded minus predicted, by channel."""
         found = {}

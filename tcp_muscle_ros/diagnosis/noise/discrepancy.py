@@ -6,7 +6,7 @@ white is made so for noise and such errors together: they weigh as little as the
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -30,7 +30,7 @@ class Allowance:
     apart: float = 0.0
     calm: float = 1.0
 
-    @cached_property
+    @property
     def ways(self) -> Array | None:
         """All in which it may err, shape (m, n); None: none."""
         known = [columns for columns in (self.forms, self.readings, self.runs) if columns is not None]
@@ -51,7 +51,7 @@ class Allowance:
 NO_ALLOWANCE = Allowance()
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=24)
 def whitening_of(observed: Observed, allowed: Allowance, noise: Noise) -> Callable[[Array], Array]:
     """What makes weighted residuals (m,) or columns (m, n) of a channel white, allowed errors included."""
     white = whitening(observed.time, noise)

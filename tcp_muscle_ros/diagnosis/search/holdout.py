@@ -37,6 +37,11 @@ class Fold:
     stretches: tuple[tuple[int, float, float], ...]
     whole: int | None = None
 
+    @property
+    def recordings(self) -> list[int]:
+        """Those of which something is kept back."""
+        return sorted({k for k, _, _ in self.stretches})
+
 
 def conditions(problem: Problem) -> tuple[Fold, ...]:
     """One fold a recording; none of one or two recordings, or where each has unknowns of an effect for itself."""
@@ -120,7 +125,9 @@ def held_out(fitted: Fit, kept_back: tuple[Fold, ...], rounds: int = 12, weights
     What belongs to a recording alone is taken from the full fit where that is kept back whole: it is no property of the
     muscle, and a new recording brings its own. So is its start always, which may be in the stretch that is kept back.
     """
-    return _judged(_foretold(fitted, kept_back, rounds), weights)
+    found = _judged(_foretold(fitted, kept_back, rounds), weights)
+    fitted.problem.forget()  # the fit is kept with its answer
+    return found
 
 
 def held_out_as(fitted: Fit, kept_back: tuple[Fold, ...], seen_as: Callable[[Fit], Array], rounds: int = 12) -> HeldOut:
@@ -137,15 +144,18 @@ def _without(fitted: Fit, fold: Fold, rounds: int) -> Fit:
 
 @dataclass(frozen=True)
 class _Foretold:
-    """What a fit to the ``rest`` of the data shows of it (``fitted``), and what with the unknowns of a whole model is
-    shown of the rest (``remaining``) and of the fold, on which it is ``looked``."""
+    """What a fit to the rest of the data of a ``problem`` shows of it (``fitted``), and what with the unknowns of a
+    whole model is shown of the ``fold`` (``unseen``), by recording with the ``zeros`` that the rest has.
 
+    The two parts of the problem are made again where they are asked for: with all in which their channels may err they
+    take tens of megabytes a fold, and this is kept for many folds.
+    """
+
+    problem: Problem
     fold: Fold
-    rest: Problem
-    looked: Problem
     fitted: tuple[Shown, ...]
-    remaining: list[Shown]
     unseen: list[Shown]
+    zeros: Mapping[int, dict[str, float]]
 
 
 @lru_cache(maxsize=16)
@@ -165,10 +175,12 @@ def _foretelling(fitted: Fit, fold: Fold, trained: Fit, seen_as: Callable[[Fit],
             for u, own, shared in zip(problem.unknowns, fitted.z, seen_as(trained), strict=True)
         ]
     )
-    looked = testing(problem, fold)
     predictions = problem.predictions(z)
-    remaining, unseen = (_at_the_instants_of(part, problem, predictions) for part in (rest, looked))
-    return _Foretold(fold, rest, looked, trained.predictions, remaining, unseen)
+    remaining, unseen = (_at_the_instants_of(part, problem, predictions) for part in (rest, testing(problem, fold)))
+    # A stretch has the zero of the rest of its recording, as the fit weighs it: its own would show no drift.
+    zeros = {k: rest.zeros(remaining[k], k) for k in fold.recordings}
+    rest.forget()
+    return _Foretold(problem, fold, trained.predictions, unseen, zeros)
 
 
 def _judged(foretold: Sequence[_Foretold], weights: Weights) -> HeldOut:
@@ -179,16 +191,11 @@ def _judged(foretold: Sequence[_Foretold], weights: Weights) -> HeldOut:
     squares: dict[str, float] = {}
     count: dict[str, int] = {}
     for mine in foretold:
-        # A stretch has the zero of the rest of its recording, as the fit weighs it: its own would show no drift.
-        recordings = sorted({k for k, _, _ in mine.fold.stretches})
-        zeros = {k: mine.rest.zeros(mine.remaining[k], k) for k in recordings}
-        looked, rest = (
-            problem.with_noise({**problem.noise, **dict(weights)}) if weights else problem
-            for problem in (mine.looked, mine.rest)
-        )
+        judged, zeros = mine.problem.with_noise({**mine.problem.noise, **dict(weights)}), mine.zeros
+        looked, rest = testing(judged, mine.fold), training(judged, mine.fold)
         together: dict[str, list[Array]] = {}
         sums: dict[str, list[Array]] = {}
-        for recording in recordings:
+        for recording in mine.fold.recordings:
             white = looked.residual(mine.unseen[recording], recording, zeros[recording])
             start = 0
             for name, channel in looked.experiments[recording].observed.items():
