@@ -36,7 +36,7 @@ def table(data: Path) -> list[str]:
         stop = stop_of(run) if name.startswith('stroke_') else None
         if stop is not None:
             plain = calibrate([run], NOMINAL)
-            fits[name] = run, stop[2], plain, calibrate([run], with_stop(NOMINAL, plain, stop[2]))
+            fits[name] = run, stop[2], plain, calibrate([run], with_stop(plain.fit.muscle, plain, stop[2]))
     heading = '| run | stands at | without a stop | with it | foretold by | without a stop | with it |'
     rows = [heading, '|---|---|---|---|---|---|---|']
     for name, (run, at, plain, stopped) in fits.items():
