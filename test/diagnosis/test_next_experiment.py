@@ -37,6 +37,14 @@ def late():
     return bare, {rival.effect: rival for rival in rivals_for(bare, ranked, None)}
 
 
+def test_a_gain_that_each_run_has_for_itself_is_as_assumed_in_a_further_one():
+    """A stroke gain of nothing, which stands for one that is derived, has no logarithm."""
+    runs = [experiment(CHANNELS, seed=k) for k in range(2)]
+    under = Under(calibrate(runs, NOMINAL, separate=('B',)).fit, runs[0])
+    assert under.problem.values(under.z)['B', 0] == pytest.approx(NOMINAL['B'])
+    assert all(np.isfinite(shown).all() for shown in under.shown[0].values())
+
+
 def proposal(late, *names, limits=None):
     bare, rivals = late
     first = rivals[names[0]].fit

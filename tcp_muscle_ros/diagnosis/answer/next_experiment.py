@@ -224,9 +224,9 @@ class Under:
     @cached_property
     def z(self) -> Array:
         """Where the fit stands. What a recording has by itself begins as it usually is: from where it hardly acts it
-        would not find back."""
-        unknowns = self.fitted.problem.unknowns
-        usual = [unknowns[k].to_fit(SPECIFICATIONS[unknowns[k].name].value) for k in self._own]
+        would not find back; a parameter of the muscle as it is assumed."""
+        own = [self.fitted.problem.unknowns[k] for k in self._own]
+        usual = [u.to_fit(SPECIFICATIONS[u.name].value if '.' in u.name else u.start) for u in own]
         return np.concatenate([self.fitted.z[self.shared], usual])
 
     @cached_property
