@@ -133,19 +133,13 @@ def calibrate(
 
 
 def _begun_twice(fitted: Fit, fitting: Callable[..., Fit]) -> Fit:
-    """The fit under the noise that it leaves, begun where it was, or at the coarse start where that ends better.
+    """The fit under the noise that it leaves, begun where it was and at the coarse start of that.
 
-    The noise of single readings makes walls of what the model misses, between which the first fit may be caught. To
-    noise that is as slow as a cycle a muscle that does not move at all may seem no worse: none may leave more.
+    The noise of single readings makes walls of what the model misses, between which the first fit may be caught.
     """
     problem = fitted.problem.with_noise(left_over_noise(fitted))
-    there, anew = fitting(problem, fitted.z, known=fitted.rough_slopes), fitting(problem, coarse_start(problem))
-    return anew if anew.objective < there.objective and _left(anew) < _left(there) else there
-
-
-def _left(fitted: Fit) -> float:
-    """How much is left in all channels: the logarithm of the product of their mean squares."""
-    return float(np.sum(np.log(list(fitted.mean_square.values()))))
+    begun = [fitting(problem, fitted.z, known=fitted.rough_slopes), fitting(problem, coarse_start(problem))]
+    return min(begun, key=lambda f: f.objective)
 
 
 def under_what_is_left(fitted: Fit, fitting: Callable[..., Fit], times: int = 1) -> Fit:
