@@ -45,7 +45,7 @@ def shown_by(protocol: str):
 # What runs and judges the package; nothing of it may reach what makes recordings and labels.
 KNOWS_THE_PACKAGE = {
     *('tool', 'gate', 'mutate', 'alternatives', 'whiteness', 'sparse', 'black_box', 'document', 'prove'),
-    *('evidence', 'investigated', 'nameless', 'probability', 'reach', 'spoken', 'truth_node'),
+    *('evidence', 'investigated', 'nameless', 'probability', 'reach', 'spoken', 'study', 'truth_node'),
 }
 
 
