@@ -68,10 +68,15 @@ def test_a_load_that_is_stated_in_words_is_exported_and_what_is_odd_is_said_at_i
     np.testing.assert_allclose(read_bag('again/again')['load'].value, 0.588399)
 
 
+def write_lab_file(folder, column, value):
+    """A file ``h.csv`` of ten seconds, with a current and what a column shows at each tenth of a second."""
+    rows = ''.join(f'{t / 10},{0.25 * (t > 20)},{value(t)}\n' for t in range(100))
+    (folder / 'h.csv').write_text(f'time_s,current_A,{column}\n{rows}')
+
+
 def test_a_unit_that_import_asks_for_is_one_that_it_takes(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    rows = ''.join(f'{t / 10},{0.25 * (t > 20)},{min(t, 60) / 5}\n' for t in range(100))
-    Path('h.csv').write_text('time_s,current_A,displacement_m\n' + rows)
+    write_lab_file(tmp_path, 'displacement_m', lambda t: min(t, 60) / 5)
     assert main(['import', 'h.csv', '--output', 'lab']) == 0
     shown = capsys.readouterr().out
     assert 'say --unit displacement=mm; if it is something else' in shown
@@ -87,8 +92,7 @@ def test_a_unit_that_import_asks_for_is_one_that_it_takes(tmp_path, capsys, monk
 
 def test_each_unit_that_may_be_meant_is_said_as_the_map_takes_it(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    rows = ''.join(f'{t / 10},{0.25 * (t > 20)},{500 + min(t, 60)}\n' for t in range(100))
-    Path('h.csv').write_text('time_s,current_A,force_N\n' + rows)
+    write_lab_file(tmp_path, 'force_N', lambda t: 500 + min(t, 60))
     assert main(['import', 'h.csv', '--output', 'lab']) == 0
     assert 'say --unit force=mN or --unit force=g; if it is' in capsys.readouterr().out
     assert main(['import', 'h.csv', '--output', 'again', '--map', 'lab/import_map.yaml']) == 0

@@ -146,8 +146,9 @@ def of_surroundings(finding: Finding) -> bool:
 def _cause(findings: Sequence[Finding], stage: str) -> str:
     """What was found: of the muscle, of what surrounds it, of the sensors; of these first, where the misfit that was
     told is of their ``stage``."""
-    around, sensors = ([f for f in findings if is_one(f)] for is_one in (of_surroundings, _of_sensor))
-    muscle = [f for f in findings if f not in around and f not in sensors]
+    sensors = [f for f in findings if f.stage == 'sensor']
+    around = [f for f in findings if of_surroundings(f)]
+    muscle = [f for f in findings if f not in (*sensors, *around)]
     said = [_said('The simulation', 'lack', muscle)] if muscle else []
     if around:
         said.append(f'{_said("The recordings", "have", around)}, of the room and not of the muscle')
@@ -155,10 +156,6 @@ def _cause(findings: Sequence[Finding], stage: str) -> str:
         said.insert(0, _said('The sensors', 'add', sensors))
     first, *others = said
     return ', and '.join([first, *(other[0].lower() + other[1:] for other in others)])
-
-
-def _of_sensor(finding: Finding) -> bool:
-    return finding.stage == 'sensor'
 
 
 def _said(who: str, does: str, findings: Sequence[Finding]) -> str:
