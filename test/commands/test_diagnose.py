@@ -31,9 +31,16 @@ def recording_of(made, path='bag', notes=()):
 
 @pytest.fixture
 def bag(tmp_path):
+    (written,) = bags_of(tmp_path, 'bag')
+    return written
+
+
+def bags_of(folder, *names):
+    """The recording of a muscle that is nominal, under each of these names."""
     _, (made,) = match()
-    write_recording(tmp_path / 'bag', recording_of(made))
-    return tmp_path / 'bag'
+    for name in names:
+        write_recording(folder / name, recording_of(made))
+    return [folder / name for name in names]
 
 
 def test_the_checks_of_the_recordings_are_in_the_report():
@@ -60,8 +67,9 @@ def test_the_checks_of_the_recordings_are_in_the_report():
 
 @pytest.mark.processes
 @pytest.mark.slow
-def test_an_interrupted_diagnosis_leaves_a_partial_report(bag, tmp_path):
-    bags = [str(bag)] * 15  # long enough to be caught at it
+def test_an_interrupted_diagnosis_leaves_a_partial_report(tmp_path):
+    # Long enough to be caught at it: of one bag alone the work may end before it tells how far it is.
+    bags = [str(bag) for bag in bags_of(tmp_path, *(f'bag_{number}' for number in range(15)))]
     # Who starts the tests in the background has SIGINT ignored, and that is inherited.
     process = subprocess.Popen(
         ['env', '--default-signal=INT', *TOOL, 'diagnose', *bags, '--output', str(tmp_path / 'report')],
