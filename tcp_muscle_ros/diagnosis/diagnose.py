@@ -16,7 +16,7 @@ from tcp_muscle_ros.diagnosis.answer.repeating import beyond_what_differs, left_
 from tcp_muscle_ros.diagnosis.fitting import switching
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read
+from tcp_muscle_ros.diagnosis.fitting.room import as_well_as_read, wandered
 from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing, repeating
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
@@ -31,6 +31,7 @@ from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.settings.rig import Rig, beside, on_rig
 
 _LEAST_SAMPLES = 30
+_FAR = 4.0  # times its usual size, between its coldest and its warmest: no room goes farther by itself
 _MOVES, _PLAINLY = 12.0, 100.0  # times the noise: a channel that moves; one that moves whatever a fit makes of it
 
 
@@ -85,6 +86,7 @@ class _Work:
         self.experiments, self.nominal, self.progress, self.separate = experiments, nominal, progress, separate
         self.rig = rig
         self.latents: tuple[Latent, ...] = ()  # what the calibration begins from: when the drive of each switched
+        self.wandering = False  # whether rooms that nobody read are expected to go their own ways
         self.calibration: Calibration | None = None
         self.selection: Selection | None = None
         self.seconds: dict[str, float] = {}
@@ -108,6 +110,8 @@ class _Work:
         self.selection = self._selected(self.calibration, testable)
         if self._switched(self.selection.final):  # beside effects that hid it
             self.selection = self._selected(self.calibration, testable)
+        if self._may_wander(self.selection):
+            self.selection = self._where_rooms_wander(self.selection, testable)
         repeated = repeating(self.selection.final)
         apart = differing(self.selection.final, repeated)
         if any(c.definition.circumstance for c in self.selection.chosen):
@@ -130,7 +134,7 @@ class _Work:
     def _selected(
         self, calibration: Calibration, testable: Sequence[str], repeated: Mapping[str, Repeatability] | None = None
     ) -> Selection:
-        bare = as_well_as_read(in_turn(calibration.fit))
+        bare = as_well_as_read(in_turn(calibration.fit), self.wandering)
         found = select_twice(allowing(bare, repeated) if repeated else bare, testable, self.progress)
         if not testable:
             return found
@@ -157,6 +161,22 @@ class _Work:
             self.calibration = self._calibrated()
             fitted, found = self.calibration.fit, True
         return found
+
+    def _may_wander(self, found: Selection) -> bool:
+        """A room that nobody read is found to drift, or a law of heat without a name is found."""
+        room = self.model.roles.room
+        heat = any(c.effect == room or (c.definition.free and c.definition.stage == 'thermal') for c in found.chosen)
+        return heat and any(e.imposed.unread for e in self.experiments)
+
+    def _where_rooms_wander(self, found: Selection, testable: Sequence[str]) -> Selection:
+        """Select once more, with rooms that go their own ways as rooms do: no form of a drift follows them, and physics
+        is found in what it misses. As it was where they went farther, and no drift is named for it."""
+        assert self.calibration is not None
+        self.wandering = True
+        again = self._selected(self.calibration, testable)
+        usual = wandered(again.final) < _FAR * self.model.surroundings.wander
+        self.wandering = usual or any(c.effect == self.model.roles.room for c in again.chosen)
+        return again if self.wandering else found
 
     def partial(self) -> Diagnosis:
         if self.calibration is None:

@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from tcp_muscle_ros.diagnosis.model.model import Channel, Model, Ratio, Roles
+from tcp_muscle_ros.diagnosis.model.model import Channel, Model, Ratio, Roles, Surroundings
 from tcp_muscle_ros.diagnosis.model.unknown import LOG_SPREAD, Unknown
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
@@ -123,6 +123,7 @@ class DcServo(Model):
         'current': Channel('electrical', 'current', 'A', 1.0, 1e-3, 'test'),
         'angle': Channel('mechanical', 'angle', 'rad', 1.0, 1e-3, 'test', floating=True),
     }
+    surroundings: ClassVar = Surroundings(0.0, 1.0, 'it does not depend on them')
     state: ClassVar = 'speed'
     state_title: ClassVar = 'speed'
     state_unit: ClassVar = 'rad/s'

@@ -183,6 +183,14 @@ def test_what_a_run_is_known_for_counts_before_what_the_user_assumes():
     assert np.all(experiment.imposed.ambient == pytest.approx(293.15))
 
 
+def test_a_room_is_read_where_a_thermometer_shows_more_than_nothing():
+    made = recording(current=(TIME, CURRENT), displacement=(TIME, CURRENT), ambient=(TIME, np.full(TIME.size, 296.0)))
+    assert not prepare(made, NOMINAL).imposed.unread
+    unread = recording(current=(TIME, CURRENT), displacement=(TIME, CURRENT), ambient=(TIME[:0], TIME[:0]))
+    assert prepare(unread, NOMINAL, Conditions(ambient=300.0)).imposed.unread
+    assert prepare(recording(current=(TIME, CURRENT), displacement=(TIME, CURRENT)), NOMINAL).imposed.unread
+
+
 def test_without_input_or_output_one_line_says_so():
     with pytest.raises(BadInput, match='no input recorded'):
         prepare(recording(displacement=(TIME, CURRENT)), NOMINAL)

@@ -7,6 +7,8 @@ from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.forms import allowing_forms
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance, expected, whitening_of
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
@@ -28,6 +30,37 @@ def test_an_allowed_error_weighs_what_its_covariance_says(phi):
     assert white @ white == pytest.approx(left @ np.linalg.solve(together, left), rel=1e-9)
     most_likely = columns @ columns.T @ np.linalg.solve(together, left)
     np.testing.assert_allclose(expected(observed, allowed, noise, left), most_likely, atol=1e-9)
+
+
+def test_an_error_that_channels_share_is_told_by_the_one_that_shows_it_plainly():
+    """Against the same with full matrices; the zero of the displacement is known, or inferred with the error."""
+    rng = np.random.default_rng(6)
+    (run,) = [experiment(('temperature', 'displacement'), 0.27, 0.3, 0)]
+    sizes = {name: observed.time.size for name, observed in run.observed.items()}
+    noise = {'temperature': Noise(0.2, 0.0), 'displacement': Noise(1e-4, 0.0)}
+    ways = {name: rng.standard_normal((n, 2)) * 20.0 * noise[name].sigma for name, n in sizes.items()}
+    problem = Problem((run,), TRUE, (), noise, (Latent(together=ways),))
+    columns = np.vstack([ways[name] for name in sizes])
+    spread = np.concatenate([np.full(n, noise[name].sigma) for name, n in sizes.items()])
+    together = np.diag(spread**2) + columns @ columns.T
+    shown = problem.predict({}, 0)
+    left = columns @ np.array([0.7, -1.2]) + spread * rng.standard_normal(spread.size)
+    seen = dict(zip(sizes, np.split(left, [sizes['temperature']]), strict=True))
+    moved = {name: run.observed[name].value - mine for name, mine in seen.items()}
+    white = problem.residual({**shown, **moved}, 0, {'displacement': 0.0})[:-1]
+    assert white @ white == pytest.approx(left @ np.linalg.solve(together, left), rel=1e-9)
+    most_likely = np.concatenate(list(problem.expected_discrepancy(seen, 0).values()))
+    np.testing.assert_allclose(most_likely, columns @ columns.T @ np.linalg.solve(together, left), atol=1e-9)
+    # What the temperature says of the error tells it in the displacement, whatever that shows itself.
+    constant = np.repeat([0.0, 1.0], list(sizes.values()))
+    zero = 0.003
+    off = {**moved, 'displacement': moved['displacement'] - zero}
+    inverse = np.linalg.inv(together)
+    best = float(constant @ inverse @ (left + zero * constant) / (constant @ inverse @ constant))
+    assert problem.zeros({**shown, **off}, 0)['displacement'] == pytest.approx(best, rel=1e-6)
+    white = problem.residual({**shown, **off}, 0)[:-1]
+    least = left + (zero - best) * constant
+    assert white @ white == pytest.approx(least @ inverse @ least, rel=1e-6)
 
 
 def test_forms_are_allowed_for_and_taken_back():

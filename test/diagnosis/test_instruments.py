@@ -15,7 +15,7 @@ CAPPED = {'channel': STROKE, 'most_of_single': shipped().single_readings}
 
 def test_every_output_has_an_instrument_with_its_source():
     assert set(TCP_MUSCLE.channels) == set(OUTPUTS)
-    assert all(row.wander > 0.0 and row.source for row in TCP_MUSCLE.channels.values())
+    assert all(row.wander > 0.0 and row.source for row in (*TCP_MUSCLE.channels.values(), TCP_MUSCLE.surroundings))
 
 
 def test_an_instrument_that_is_better_in_single_readings_wanders_less():

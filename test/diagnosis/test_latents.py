@@ -24,7 +24,7 @@ CHANNELS = ('temperature', 'displacement')
 SWINGING = np.mod(TIME, 70.0) < 40.0
 DATA = {
     Experiment: {'name', 'imposed', 'holding', 'observed', 'known', 'notes', 'start_ns', 'model', 'fingerprint'},
-    Imposed: {'kind', 'time', 'drive', 'load', 'ambient', 'switches', 'lost', 'unsure'},
+    Imposed: {'kind', 'time', 'drive', 'load', 'ambient', 'switches', 'lost', 'unsure', 'unread'},
     Observed: {'time', 'value', 'count', 'swinging', 'spacing', 'stretch', 'within', 'steady'},
 }
 ROOMS = Path(tcp_muscle_ros.diagnosis.__path__[0])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
+from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.draught import with_course, without_course
 from tcp_muscle_ros.diagnosis.fitting.generic import hats
@@ -55,6 +56,17 @@ def test_what_the_instruments_do_not_tell_is_no_misfit(missed):
     before, after = (np.std(mine.weighed[0]['displacement']) for mine in (plain, allowed))
     assert before > 1.3 * QUIET
     assert after < 1.15 * QUIET
+
+
+@pytest.mark.slow
+def test_a_room_that_nobody_read_is_no_physics_where_it_goes_its_own_way_by_a_tenth_of_a_kelvin():
+    runs = []
+    for seed, load in enumerate((0.4, 0.6, 0.8)):
+        steps = np.random.default_rng(seed).standard_normal(TIME.size)
+        room = NOMINAL['T0'] + 0.1 * np.cumsum(steps) / np.sqrt(TIME.size)
+        run = experiment(CHANNELS, load=load, seed=seed, ambient=room)
+        runs.append(replace(run, imposed=replace(run.imposed, unread=True)))
+    assert diagnose(runs, NOMINAL).findings == ()
 
 
 def test_the_course_of_gusts_fits_to_the_noise_and_is_taken_back():

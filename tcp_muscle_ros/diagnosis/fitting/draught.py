@@ -14,7 +14,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.generic import hats
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.room import knots_of, responses, thermal_lag
+from tcp_muscle_ros.diagnosis.fitting.room import knots_of, persisting, responses, thermal_lag
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
@@ -140,9 +140,3 @@ def _sizes(problem: Problem, draught: Draught, excess: Array) -> list[tuple[Arra
     of_draught, of_room = (_USUAL * excess, _GUST), (np.full(excess.size, _DRIFTED), _SLOW)
     roles = problem.model.roles
     return [size for effect, size in ((roles.course, of_draught), (roles.room, of_room)) if effect in draught.effects]
-
-
-def persisting(knots: Array, pace: float) -> Array:
-    """The factor L of the covariance L L' of a course of size 1 that forgets itself at a pace (s; an
-    Ornstein-Uhlenbeck process), (knots, knots)."""
-    return np.linalg.cholesky(np.exp(-np.abs(knots[:, None] - knots) / pace))

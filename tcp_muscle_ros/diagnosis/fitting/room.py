@@ -9,6 +9,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
+from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -59,23 +60,51 @@ def responses(fitted: Fit, k: int, knots: Array) -> Shown:
     return found
 
 
-def as_well_as_read(fitted: Fit) -> Fit:
+def persisting(knots: Array, pace: float) -> Array:
+    """The factor L of the covariance L L' of a course of size 1 that forgets itself at a pace (s; an
+    Ornstein-Uhlenbeck process), (knots, knots)."""
+    return np.linalg.cholesky(np.exp(-np.abs(knots[:, None] - knots) / pace))
+
+
+def as_well_as_read(fitted: Fit, wandering: bool = False) -> Fit:
     """The same fit, in which each recording may err by what its instruments do not tell: the room by what the steps and
     the noise of its thermometer hide, every channel by a little in its instants.
 
     A stroke of a millimetre a kelvin shows a hundredth of a kelvin, and physics would be found to explain it.
+    ``wandering``: rooms that no thermometer read went their own ways, as rooms do.
     """
     problem, latents = fitted.problem, []
     for k, (experiment, latent) in enumerate(zip(problem.followed, problem.latents, strict=True)):
-        ways = {
-            name: [_INSTANT * np.gradient(fitted.predictions[k][name], o.time)[:, None]]
+        late = {
+            name: _INSTANT * np.gradient(fitted.predictions[k][name], o.time)[:, None]
             for name, o in experiment.observed.items()
             if o.time.size > 1
         }
-        if experiment.imposed.unsure > 0.0:
-            warmer = responses(fitted, k, knots_of(experiment, _APART, _MOST))
-            for name, columns in ways.items():
-                columns.append(experiment.imposed.unsure * warmer[name])
-        allowed = {name: replace(latent.allowance(name), readings=np.hstack(mine)) for name, mine in ways.items()}
-        latents.append(replace(latent, allowances={**latent.allowances, **allowed}))
+        knots = knots_of(experiment, _APART, _MOST)
+        usual, together = _usual(experiment, knots, wandering), {}
+        if usual is not None:
+            warmer = responses(fitted, k, knots)
+            together = {AMBIENT: usual, **{name: warmer[name] @ usual for name in experiment.observed}}
+        allowed = {name: replace(latent.allowance(name), readings=mine) for name, mine in late.items()}
+        latents.append(replace(latent, allowances={**latent.allowances, **allowed}, together=together))
     return refitted(fitted, problem.with_latents(latents))
+
+
+def wandered(fitted: Fit) -> float:
+    """How far the rooms of a fit that are expected to go their own ways most likely did, from the coldest to the
+    warmest of each recording, K (root mean square over those)."""
+    problem, ranges = fitted.problem, []
+    for k, left in enumerate(fitted.left):
+        course = problem.shared_error(left, k, frozenset(left)).get(AMBIENT)
+        if course is not None and problem.experiments[k].imposed.unread:
+            ranges.append(float(np.ptp(course)))
+    return float(np.sqrt(np.mean(np.square(ranges)))) if ranges else 0.0
+
+
+def _usual(experiment: Experiment, knots: Array, wandering: bool) -> Array | None:
+    """The factor L of the covariance L L' of what is unknown of a room at the knots (K), (knots, knots); None where
+    nothing is: of one that was read, each reading errs by itself."""
+    imposed, room = experiment.imposed, experiment.model.surroundings
+    if wandering and imposed.unread and room.wander > 0.0:
+        return room.wander * persisting(knots, room.pace)
+    return imposed.unsure * np.eye(knots.size) if imposed.unsure > 0.0 else None

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tcp_muscle_ros.diagnosis.fitting.draught import COLD, excess_of, persisting
+from tcp_muscle_ros.diagnosis.fitting.draught import COLD, excess_of
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, drivers, hats
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.room import knots_of, responses, thermal_lag
-from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, with_noise
+from tcp_muscle_ros.diagnosis.fitting.room import knots_of, persisting, responses, thermal_lag
+from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
@@ -163,8 +163,9 @@ def _kinds(of: str) -> list[_Kind]:
 
 
 def as_read(fitted: Fit) -> Fit:
-    """The fit under the noise of the instruments."""
-    return with_noise(fitted, quick_noise(fitted.problem.experiments))
+    """The fit under the noise of the instruments alone: a room is none that wanders besides."""
+    problem = fitted.problem.with_latents(replace(latent, together={}) for latent in fitted.problem.latents)
+    return refitted(fitted, problem.with_noise(quick_noise(problem.experiments)))
 
 
 def _rows(fitted: Fit, given: Sequence[Array] | None = None) -> list[_Rows]:

@@ -83,14 +83,16 @@ class Latent:
     """What is inferred of one recording.
 
     ``before``: what the muscle went through before it; ``draught``: the course of one, if any; ``slips``:
-    those of the end; ``allowances``: by channel, in which ways it may err, where there are any; ``switched``: what was
-    imposed, where that is not what was read.
+    those of the end; ``allowances``: by channel, in which ways it may err, where there are any; ``together``: ways in
+    which all channels err at once, by channel, a column each (SI), and as AMBIENT what each is of the room (K, at the
+    knots of its course); ``switched``: what was imposed, where that is not what was read.
     """
 
     before: Before = Before()
     draught: Draught | None = None
     slips: tuple[Slip, ...] = ()
     allowances: Mapping[str, Allowance] = field(default_factory=dict)
+    together: Mapping[str, Array] = field(default_factory=dict)
     switched: Switched | None = None
 
     def followed(self, experiment: Experiment) -> Experiment:
@@ -122,4 +124,5 @@ class Latent:
             self,
             draught=self.draught and self.draught.only(keep),
             allowances={name: allowed.only(keep[name]) for name, allowed in self.allowances.items() if name in keep},
+            together={name: columns[keep[name]] for name, columns in self.together.items() if name in keep},
         )

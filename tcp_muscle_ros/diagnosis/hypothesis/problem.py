@@ -14,7 +14,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent, Slip
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
 from tcp_muscle_ros.diagnosis.model.model import Model, floating
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START, Unknown
-from tcp_muscle_ros.diagnosis.noise.discrepancy import expected, whitening_of
+from tcp_muscle_ros.diagnosis.noise.discrepancy import allowing_for, expected, whitening_of
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.late import Late, taken_out
@@ -152,7 +152,8 @@ class Problem:
             zero = (zeros or {}).get(name)
             raw = observed.value - predicted[name] - (zero or 0.0)
             parts.append(self._whitened(name, raw * self.weight(name, recording), recording, zero is None))
-        return np.concatenate([*parts, predicted[_STRAIN]])
+        white = self._beside_shared(parts, recording, frozenset(zeros or ()))
+        return np.concatenate([*white, predicted[_STRAIN]])
 
     def residuals(self, predictions: Sequence[Shown]) -> list[Array]:
         """The same of every recording."""
@@ -168,7 +169,7 @@ class Problem:
             self._whitened(name, -slopes[name] * self.weight(name, recording)[:, None], recording, True)
             for name in self.experiments[recording].observed
         ]
-        return np.vstack([*parts, slopes[_STRAIN]])
+        return np.vstack([*self._beside_shared(parts, recording), slopes[_STRAIN]])
 
     def weight(self, channel: str, recording: int) -> Array:
         """What each value of a channel weighs beside a usual one, shape (m,)."""
@@ -181,6 +182,32 @@ class Problem:
             return white
         constant = self._constants[channel, recording]
         return np.asarray(white - np.multiply.outer(constant, constant @ white))
+
+    def _beside_shared(self, white: list[Array], recording: int, known: frozenset[str] = frozenset()) -> list[Array]:
+        """White residuals (m,) or columns (m, n) of the channels of one recording, beside the errors that these share;
+        ``known``: the channels whose zeros are."""
+        if not self.latents[recording].together or not white:
+            return white
+        if (recording, known) not in self._shared:
+            self._shared[recording, known] = allowing_for(self._shared_columns(recording, known))
+        return [self._shared[recording, known](np.concatenate(white))]
+
+    def _shared_columns(self, recording: int, known: frozenset[str] = frozenset()) -> Array:
+        """The errors that the channels of one recording share, as residuals are whitened, shape (m, n)."""
+        together = self.latents[recording].together
+        width = next(iter(together.values())).shape[1]
+        parts = []
+        for name, observed in self.experiments[recording].observed.items():
+            columns = together.get(name, np.zeros((observed.time.size, width)))
+            parts.append(
+                self._whitened(name, columns * self.weight(name, recording)[:, None], recording, name not in known)
+            )
+        return np.vstack(parts)
+
+    @cached_property
+    def _shared(self) -> dict[tuple[int, frozenset[str]], Callable[[Array], Array]]:
+        """What allows for the errors that channels share, by recording and the channels with known zeros."""
+        return {}
 
     @cached_property
     def _whitening(self) -> dict[tuple[str, int], Callable[[Array], Array]]:
@@ -204,19 +231,36 @@ class Problem:
 
     def forget(self) -> None:
         """Let go of what is computed again when it is asked for, and is large: for a problem that is kept."""
-        for name in ('_whitening', '_constants'):
+        for name in ('_whitening', '_constants', '_shared'):
             self.__dict__.pop(name, None)
 
     def zeros(self, predicted: Shown, recording: int) -> dict[str, float]:
         """The floating zeros that the projection takes out (SI): recorded minus predicted, by channel."""
-        found = {}
-        for name, observed in self.experiments[recording].observed.items():
+        found, seen = {}, self.experiments[recording].observed
+        left = {name: observed.value - predicted[name] for name, observed in seen.items()}
+        shared = self.shared_error(left, recording, frozenset())
+        for name in seen:
             if self.model.channels[name].floating:
                 whitened, weight = self._whitening[name, recording], self.weight(name, recording)
                 constant = whitened(weight)
-                white = whitened((observed.value - predicted[name]) * weight)
+                white = whitened((left[name] - shared.get(name, 0.0)) * weight)
                 found[name] = float(constant @ white / (constant @ constant))
         return found
+
+    def shared_error(self, left: Mapping[str, Array], recording: int, known: frozenset[str]) -> dict[str, Array]:
+        """What of the residuals of one recording (SI, by channel) is most likely an error that its channels share, and
+        what that is of its room (K, at the knots of a course)."""
+        together = self.latents[recording].together
+        if not together:
+            return {}
+        white = [
+            self._whitened(name, left[name] * self.weight(name, recording), recording, name not in known)
+            for name in self.experiments[recording].observed
+        ]
+        columns = self._shared_columns(recording, known)
+        normal = columns.T @ columns + np.eye(columns.shape[1])
+        size = np.linalg.solve(normal, columns.T @ np.concatenate(white))
+        return {name: mine @ size for name, mine in together.items()}
 
     def raw_residual(
         self, predicted: Shown, recording: int, zeros: Mapping[str, float] | None = None
@@ -231,10 +275,12 @@ class Problem:
     def expected_discrepancy(self, left: Mapping[str, Array], recording: int) -> dict[str, Array]:
         """What of the residuals of one recording (SI, by channel) is most likely the allowed error of the model."""
         observed, latent = self.experiments[recording].observed, self.latents[recording]
-        return {
-            name: expected(observed[name], latent.allowance(name), self.noise[name], mine)
-            for name, mine in left.items()
-        }
+        shared = self.shared_error(left, recording, frozenset(left))
+        found = {}
+        for name, mine in left.items():
+            of_all = shared.get(name, np.zeros(mine.size))
+            found[name] = of_all + expected(observed[name], latent.allowance(name), self.noise[name], mine - of_all)
+        return found
 
 
 def without_effect(problem: Problem, effect: str) -> tuple[Problem, list[int]]:

@@ -38,6 +38,16 @@ class Channel:
 
 
 @dataclass(frozen=True)
+class Surroundings:
+    """How far a room that no thermometer reads goes its own way, after ``source``: standard deviation ``wander`` (K),
+    much the same over a ``pace`` (s)."""
+
+    wander: float
+    pace: float
+    source: str
+
+
+@dataclass(frozen=True)
 class Ratio:
     """A ratio of two parameters that recordings may fix where they fix neither: its ``name`` and ``unit``."""
 
@@ -128,12 +138,12 @@ class Recorded(Protocol):
 class Model(Protocol):
     """A machine that recordings are compared with.
 
-    ``effects``: what it may do beside what it is known to do; ``listed``: those that may be named;
-    ``specifications``: all its parameters and those of its effects. ``state``: the column of what is simulated that
-    orders what its laws do, called ``state_title`` (in ``state_unit``) by people; ``gauge``: the channel that reads
-    it; ``motion``: the column in which its end moves. ``gain``: the parameter that scales the motion; ``capacity``:
-    the one that makes it slow; ``slowness``: the name of the ratio that is its time constant; ``coarse``: those
-    whose nominal values may be far off; ``separate``: those that each specimen may have for itself. ``shown_by``:
+    ``effects``: what it may do beside what it is known to do; ``listed``: those that may be named; ``specifications``:
+    all its parameters and those of its effects. ``surroundings``: what is around it. ``state``: the column of what is
+    simulated that orders what its laws do, called ``state_title`` (in ``state_unit``) by people; ``gauge``: the channel
+    that reads it; ``motion``: the column in which its end moves. ``gain``: the parameter that scales the motion;
+    ``capacity``: the one that makes it slow; ``slowness``: the name of the ratio that is its time constant; ``coarse``:
+    those whose nominal values may be far off; ``separate``: those that each specimen may have for itself. ``shown_by``:
     the channels that show a stage, where not all do. ``laws``: what a law without a name may depend on.
     """
 
@@ -142,6 +152,7 @@ class Model(Protocol):
     listed: ClassVar[Sequence[str]]
     specifications: ClassVar[Mapping[str, Parameter]]
     channels: ClassVar[Mapping[str, Channel]]
+    surroundings: ClassVar[Surroundings]
     state: ClassVar[str]
     state_title: ClassVar[str]
     state_unit: ClassVar[str]

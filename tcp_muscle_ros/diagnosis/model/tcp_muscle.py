@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.model.model import Channel, Dependence, Model, Ratio, Recorded, Roles
+from tcp_muscle_ros.diagnosis.model.model import Channel, Dependence, Model, Ratio, Recorded, Roles, Surroundings
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, LOG_SPREAD, START, Unknown
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Effect, Outputs, Parameters, length, simulate
 from tcp_muscle_ros.muscle.arrays import Array
@@ -73,6 +73,11 @@ class TcpMuscle(Model):
         ),
         'force': Channel('mechanical', 'force', 'mN', 1e3, 2e-3, 'load cells of 10 N: creep 0.02 %', floating=True),
     }
+    surroundings: ClassVar[Surroundings] = Surroundings(
+        0.1,
+        200.0,
+        'a calm room: ANSI/ASHRAE 55 allows others to swing by 1.1 K, peak to peak, within 15 min',
+    )
     state: ClassVar[str] = 'fibre_temperature'
     state_title: ClassVar[str] = 'temperature'
     state_unit: ClassVar[str] = 'K'

@@ -57,14 +57,16 @@ def whitening_of(observed: Observed, allowed: Allowance, noise: Noise) -> Callab
     white = whitening(observed.time, noise)
     if allowed.ways is None:
         return white
-    ways, sizes, _ = np.linalg.svd(white(allowed.ways * allowed.weight(observed)[:, None]), full_matrices=False)
+    allowing = allowing_for(white(allowed.ways * allowed.weight(observed)[:, None]))
+    return lambda weighted: allowing(white(weighted))
+
+
+def allowing_for(columns: Array) -> Callable[[Array], Array]:
+    """What makes white values (m,) or columns (m, n) white beside errors too, of which each of ``columns`` is one, as
+    large as it usually is."""
+    ways, sizes, _ = np.linalg.svd(columns, full_matrices=False)
     beside_noise = ways * (1.0 - 1.0 / np.sqrt(1.0 + sizes**2))
-
-    def allowing(weighted: Array) -> Array:
-        whitened = white(weighted)
-        return np.asarray(whitened - beside_noise @ (ways.T @ whitened))
-
-    return allowing
+    return lambda white: np.asarray(white - beside_noise @ (ways.T @ white))
 
 
 def expected(observed: Observed, allowed: Allowance, noise: Noise, left: Array) -> Array:

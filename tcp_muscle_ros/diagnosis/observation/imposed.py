@@ -27,7 +27,7 @@ class Imposed:
 
     ``switches``: when a record that samples the drive last showed a level, and first the next one (s), shape (k, 2);
     ``lost``: the same where samples between the two were lost. ``unsure``: what of the ambient its thermometer does not
-    tell, K.
+    tell, K; ``unread``: it had none.
     """
 
     kind: str
@@ -38,6 +38,7 @@ class Imposed:
     switches: Array = field(default_factory=lambda: np.empty((0, 2)))
     lost: Array = field(default_factory=lambda: np.empty((0, 2)))
     unsure: float = 0.0
+    unread: bool = False
 
     def switched(self, switch: Earlier) -> 'Imposed':
         """The same with the drive switched earlier than it was shown."""

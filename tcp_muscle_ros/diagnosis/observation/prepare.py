@@ -75,9 +75,9 @@ def prepare(
     grid = instants_of([channel.time for channel in blocks.values()], drive, load, start, end)
     between, lost = (found[(found[:, 0] >= start) & (found[:, 1] <= end)] for found in (between, lost))
     room = stated_ambient(recording, conditions.ambient)
-    air, unsure = _air(recording, nominal['T0'] if room is None else room)
+    air, unsure, unread = _air(recording, nominal['T0'] if room is None else room)
     pull = np.maximum(hold(load, grid), 0.0) if isinstance(load, Channel) else hold(load, grid)
-    imposed = Imposed(kind, grid, hold(drive, grid), pull, hold(air, grid), between, lost, unsure)
+    imposed = Imposed(kind, grid, hold(drive, grid), pull, hold(air, grid), between, lost, unsure, unread)
     experiment = Experiment(recording.path, imposed, holding, blocks, known, tuple(notes), recording.start_ns)
     return replace(experiment, fingerprint=recording.fingerprint)
 
@@ -126,10 +126,9 @@ def _outputs(recording: Recording, notes: list[str]) -> tuple[dict[str, Channel]
     return {**observed, 'resistance': derived.ohms}, {'resistance': derived.steady}
 
 
-def _air(recording: Recording, otherwise: float) -> tuple[Channel | float, float]:
-    """The room as its thermometer read it without its noise, else as stated (K); and what is unsure of it, K."""
+def _air(recording: Recording, otherwise: float) -> tuple[Channel | float, float, bool]:
+    """The room as its thermometer read it without its noise, else as stated (K); what is unsure of a reading, K; and
+    whether there is none."""
     read = recording.channels.get('ambient')
-    if read is None:
-        return otherwise, 0.0
-    air, unsure = still_air(read)
-    return air if len(air) else otherwise, unsure
+    air, unsure = (None, 0.0) if read is None or not len(read) else still_air(read)
+    return (otherwise, 0.0, True) if air is None or not len(air) else (air, unsure, False)
