@@ -8,6 +8,7 @@ import pytest
 
 import tcp_muscle_ros as tcp
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.settings.parameter_file import read
 from tcp_muscle_ros.tool import main
 
 _PATIENCE_S = 60
@@ -78,3 +79,12 @@ def test_other_things_than_files_are_named(tmp_path, capsys):
         with in_time():
             assert main(['info', str(path)]) == 2
         assert said in capsys.readouterr().err
+
+
+def test_of_a_folder_in_place_of_a_parameter_file_it_says_which_files_are_in_it(tmp_path):
+    with pytest.raises(BadInput, match=r'cannot read the parameter file: Is a directory$'):
+        read(tmp_path)
+    for name in ('rig.yaml', 'improved.yaml', 'report.json'):
+        (tmp_path / name).write_text('')
+    with pytest.raises(BadInput, match=r'Is a directory, which holds improved\.yaml, rig\.yaml$'):
+        read(tmp_path)

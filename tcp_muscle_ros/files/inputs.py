@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
 
+_NAMED = 4  # files of a folder, at most
 _PATIENCE_S = 5.0  # for the first and each further byte of a pipe
 
 
@@ -18,6 +19,8 @@ def read_text(path: str | Path) -> str:
         OSError: not there, not readable, neither a file nor a pipe, or a pipe that stays silent for some seconds.
         UnicodeDecodeError: no text.
     """
+    if Path(path).is_dir():
+        raise OSError(errno.EISDIR, _folder(Path(path)))
     # Without blocking: a pipe that nobody opens for writing would otherwise never open.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, 'O_NONBLOCK', getattr(os, 'O_BINARY', 0)))
     with open(descriptor, 'rb', buffering=0) as file:
@@ -25,7 +28,7 @@ def read_text(path: str | Path) -> str:
         if stat.S_ISREG(mode):
             return file.readall().decode('utf-8')
         if not stat.S_ISFIFO(mode):
-            raise OSError(errno.EINVAL, os.strerror(errno.EISDIR) if stat.S_ISDIR(mode) else 'not a file')
+            raise OSError(errno.EINVAL, 'not a file')
         return _drained(descriptor).decode('utf-8')
 
 
@@ -44,6 +47,12 @@ def not_readable(path: Path, what: str) -> BadInput:
         return BadInput(f'{path}: is a link to {os.readlink(path)}, which does not exist')
     siblings = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
     return BadInput(f'{path}: no such {what}{nearest(path.name, siblings)}')
+
+
+def _folder(path: Path) -> str:
+    """That a folder is one, and which parameter files are in it: of a report's, one of them was meant."""
+    held = sorted(each.name for each in path.glob('*.yaml'))[:_NAMED]
+    return os.strerror(errno.EISDIR) + (f', which holds {", ".join(held)}' if held else '')
 
 
 def _drained(pipe: int) -> bytes:

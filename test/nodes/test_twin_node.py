@@ -51,6 +51,7 @@ def test_a_muscle_is_followed_and_one_that_changes_is_said_to_differ_with_a_bag_
         bench.until(lambda: says(diagnostics, '/twins/twin_node')['state'] == 'differs', 'the change is not noticed')
         assert says(diagnostics, '/twins/twin_node')['stage'] == 'thermal'
         assert 'differs: thermal' in says(diagnostics, '/twins/twin_node')['message']
+        assert 'or the room is not at 23.0 degC' in says(diagnostics, '/twins/twin_node')['message']  # nobody reads it
         bench.until(lambda: 'the muscle differs: thermal, by its ' in twin.said(), 'the log does not say it')
         bench.until(lambda: list(tmp_path.glob('alarm_*/last_minutes/metadata.yaml')), 'no bag is written')
         bench.until(lambda: finding, f'no finding: {twin.said()}', 120.0)
