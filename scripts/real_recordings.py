@@ -142,7 +142,8 @@ def draw(group: Group, together: Calibration, names: list[str]) -> Path:
         if column == 0:
             top.set_ylabel(CHANNEL_AXIS[name])
             bottom.set_ylabel('recorded - model\n(% of peak)')
-            top.legend(fontsize=8, frameon=False)
+    lines = axes[0].get_legend_handles_labels()
+    figure.legend(*lines, loc='outside lower center', ncols=2, fontsize=8, frameon=False)
     path = IMAGES / f'real_{group.title.replace(",", "").replace(" ", "_")}.png'
     save(figure, path)
     return path

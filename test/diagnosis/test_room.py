@@ -58,15 +58,24 @@ def test_what_the_instruments_do_not_tell_is_no_misfit(missed):
     assert after < 1.15 * QUIET
 
 
+def wandering(seed):
+    """A room that goes its own way by a tenth of a kelvin."""
+    return 0.1 * np.cumsum(np.random.default_rng(seed).standard_normal(TIME.size)) / np.sqrt(TIME.size)
+
+
+def warming(seed):
+    """A room that warms, or cools, by a kelvin and a half."""
+    return 1.5 * (-1.0) ** seed * TIME / TIME[-1]
+
+
 @pytest.mark.slow
-def test_a_room_that_nobody_read_is_no_physics_where_it_goes_its_own_way_by_a_tenth_of_a_kelvin():
+@pytest.mark.parametrize(('goes', 'named'), [(wandering, ()), (warming, ('ambient_drift',))])
+def test_a_room_that_nobody_read_is_named_where_it_goes_farther_than_rooms_do(goes, named):
     runs = []
-    for seed, load in enumerate((0.4, 0.6, 0.8)):
-        steps = np.random.default_rng(seed).standard_normal(TIME.size)
-        room = NOMINAL['T0'] + 0.1 * np.cumsum(steps) / np.sqrt(TIME.size)
-        run = experiment(CHANNELS, load=load, seed=seed, ambient=room)
+    for seed, load in enumerate((0.4, 0.8)):
+        run = experiment(CHANNELS, load=load, seed=seed, ambient=NOMINAL['T0'] + goes(seed))
         runs.append(replace(run, imposed=replace(run.imposed, unread=True)))
-    assert diagnose(runs, NOMINAL).findings == ()
+    assert tuple(f.effect for f in diagnose(runs, NOMINAL).findings) == named
 
 
 def test_the_course_of_gusts_fits_to_the_noise_and_is_taken_back():
