@@ -163,19 +163,19 @@ class _Work:
         return found
 
     def _may_wander(self, found: Selection) -> bool:
-        """A room that nobody read is found to drift, or a draught, or a law of heat without a name is found."""
-        air = self.model.roles.inferred
-        heat = any(c.effect in air or (c.definition.free and c.definition.stage == 'thermal') for c in found.chosen)
+        """A room that nobody read is found to drift, or a law of heat without a name is found."""
+        room = self.model.roles.room
+        heat = any(c.effect == room or (c.definition.free and c.definition.stage == 'thermal') for c in found.chosen)
         return heat and any(e.imposed.unread for e in self.experiments)
 
     def _where_rooms_wander(self, found: Selection, testable: Sequence[str]) -> Selection:
         """Select once more, with rooms that go their own ways as rooms do: no form of a drift follows them, and physics
-        is found in what it misses. As it was where they went farther, and no drift or draught is named for it."""
+        is found in what it misses. As it was where they went farther, and no drift is named for it."""
         assert self.calibration is not None
         self.wandering = True
         again = self._selected(self.calibration, testable)
         usual = wandered(again.final) < _FAR * self.model.surroundings.wander
-        self.wandering = usual or any(c.effect in self.model.roles.inferred for c in again.chosen)
+        self.wandering = usual or any(c.effect == self.model.roles.room for c in again.chosen)
         return again if self.wandering else found
 
     def partial(self) -> Diagnosis:
