@@ -19,8 +19,9 @@ def read_text(path: str | Path) -> str:
         OSError: not there, not readable, neither a file nor a pipe, or a pipe that stays silent for some seconds.
         UnicodeDecodeError: no text.
     """
-    if Path(path).is_dir():
-        raise OSError(errno.EISDIR, _folder(Path(path)))
+    path = Path(path)
+    if path.is_dir():
+        raise OSError(errno.EISDIR, _folder(path))
     # Without blocking: a pipe that nobody opens for writing would otherwise never open.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, 'O_NONBLOCK', getattr(os, 'O_BINARY', 0)))
     with open(descriptor, 'rb', buffering=0) as file:

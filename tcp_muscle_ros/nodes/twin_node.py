@@ -348,11 +348,14 @@ class TwinNode(DeclaredNode):
         self.get_logger().info(sentence)
 
     def _where(self, difference: Difference) -> str:
-        assumed = self._twin.predictor.ambient - ZERO_CELSIUS
-        return (
+        where = (
             f'{difference.stage}, by its {difference.channel}, since {self._then - difference.since:.0f} s, '
             f'{100.0 * difference.sure:.0f} % of all that differs'
-        ) + ('' if self._ambient else f'; or the room is not at {assumed:.1f} degC: no ambient_temperature is heard')
+        )
+        if self._ambient is not None:
+            return where
+        assumed = self._twin.predictor.ambient - ZERO_CELSIUS
+        return f'{where}; or the room is not at {assumed:.1f} degC: no ambient_temperature is heard'
 
     def _publish_diagnostics(self) -> None:
         twin, difference = self._twin, self._twin.difference

@@ -147,13 +147,10 @@ class Problem:
         ``zeros``: those that are known, by channel. The last entry is not data: it keeps the machine within what
         it survives, for it did.
         """
-        parts = []
-        for name, observed in self.experiments[recording].observed.items():
-            zero = (zeros or {}).get(name)
-            raw = observed.value - predicted[name] - (zero or 0.0)
-            parts.append(self._whitened(name, raw * self.weight(name, recording), recording, zero is None))
-        white = self._beside_shared(parts, recording, frozenset(zeros or ()))
-        return np.concatenate([*white, predicted[_STRAIN]])
+        known, seen = zeros or {}, self.experiments[recording].observed
+        left = {name: observed.value - predicted[name] - known.get(name, 0.0) for name, observed in seen.items()}
+        white = self._white(left, recording, frozenset(known))
+        return np.concatenate([*self._beside_shared(white, recording, frozenset(known)), predicted[_STRAIN]])
 
     def residuals(self, predictions: Sequence[Shown]) -> list[Array]:
         """The same of every recording."""
@@ -165,15 +162,22 @@ class Problem:
 
     def columns(self, slopes: Shown, recording: int) -> Array:
         """The rows of the Jacobian that are one recording's, shape (m, n)."""
-        parts = [
-            self._whitened(name, -slopes[name] * self.weight(name, recording)[:, None], recording, True)
-            for name in self.experiments[recording].observed
-        ]
-        return np.vstack([*self._beside_shared(parts, recording), slopes[_STRAIN]])
+        white = self._white({name: -slopes[name] for name in self.experiments[recording].observed}, recording)
+        return np.vstack([*self._beside_shared(white, recording), slopes[_STRAIN]])
 
     def weight(self, channel: str, recording: int) -> Array:
         """What each value of a channel weighs beside a usual one, shape (m,)."""
         return self.latents[recording].allowance(channel).weight(self.experiments[recording].observed[channel])
+
+    def _white(self, left: Mapping[str, Array], recording: int, known: frozenset[str] = frozenset()) -> list[Array]:
+        """Residuals (m,) or columns (m, n) of each channel of one recording (SI), whitened, the floating zeros that are
+        not ``known`` projected out."""
+        found = []
+        for name in self.experiments[recording].observed:
+            weight = self.weight(name, recording)
+            weighted = left[name] * (weight if left[name].ndim == 1 else weight[:, None])
+            found.append(self._whitened(name, weighted, recording, name not in known))
+        return found
 
     def _whitened(self, channel: str, weighted: Array, recording: int, floating: bool) -> Array:
         """Residuals (m,) or columns (m, n) whitened, the floating zero projected out."""
@@ -194,15 +198,7 @@ class Problem:
 
     def _shared_columns(self, recording: int, known: frozenset[str] = frozenset()) -> Array:
         """The errors that the channels of one recording share, as residuals are whitened, shape (m, n)."""
-        together = self.latents[recording].together
-        width = next(iter(together.values())).shape[1]
-        parts = []
-        for name, observed in self.experiments[recording].observed.items():
-            columns = together.get(name, np.zeros((observed.time.size, width)))
-            parts.append(
-                self._whitened(name, columns * self.weight(name, recording)[:, None], recording, name not in known)
-            )
-        return np.vstack(parts)
+        return np.vstack(self._white(self.latents[recording].together, recording, known))
 
     @cached_property
     def _shared(self) -> dict[tuple[int, frozenset[str]], Callable[[Array], Array]]:
@@ -253,13 +249,9 @@ class Problem:
         together = self.latents[recording].together
         if not together:
             return {}
-        white = [
-            self._whitened(name, left[name] * self.weight(name, recording), recording, name not in known)
-            for name in self.experiments[recording].observed
-        ]
         columns = self._shared_columns(recording, known)
         normal = columns.T @ columns + np.eye(columns.shape[1])
-        size = np.linalg.solve(normal, columns.T @ np.concatenate(white))
+        size = np.linalg.solve(normal, columns.T @ np.concatenate(self._white(left, recording, known)))
         return {name: mine @ size for name, mine in together.items()}
 
     def raw_residual(
@@ -278,7 +270,7 @@ class Problem:
         shared = self.shared_error(left, recording, frozenset(left))
         found = {}
         for name, mine in left.items():
-            of_all = shared.get(name, np.zeros(mine.size))
+            of_all = shared.get(name, 0.0)
             found[name] = of_all + expected(observed[name], latent.allowance(name), self.noise[name], mine - of_all)
         return found
 

@@ -130,5 +130,7 @@ def _air(recording: Recording, otherwise: float) -> tuple[Channel | float, float
     """The room as its thermometer read it without its noise, else as stated (K); what is unsure of a reading, K; and
     whether there is none."""
     read = recording.channels.get('ambient')
-    air, unsure = (None, 0.0) if read is None or not len(read) else still_air(read)
-    return (otherwise, 0.0, True) if air is None or not len(air) else (air, unsure, False)
+    if read is None or not len(read):
+        return otherwise, 0.0, True
+    air, unsure = still_air(read)
+    return air, unsure, False
