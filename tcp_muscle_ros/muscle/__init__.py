@@ -7,7 +7,7 @@ from tcp_muscle_ros.muscle.effects import EFFECTS, LISTED
 from tcp_muscle_ros.muscle.effects.effect import Effect
 from tcp_muscle_ros.muscle.electrical import KINDS
 from tcp_muscle_ros.muscle.joint import Joint, Link
-from tcp_muscle_ros.muscle.muscle import ENDS, Muscle, Outputs, Reading, simulate, simulate_on
+from tcp_muscle_ros.muscle.muscle import ENDS, Muscle, Outputs, Reading, Schedule, follow, simulate, simulate_on
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
 from tcp_muscle_ros.muscle.parameters import SETS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.statics import (
@@ -43,7 +43,9 @@ __all__ = [
     'Parameter',
     'Parameters',
     'Reading',
+    'Schedule',
     'critical_current',
+    'follow',
     'length',
     'length_at',
     'resistance',

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import isfinite
 from typing import NamedTuple
 
@@ -73,6 +74,51 @@ class Outputs:
         velocity = np.zeros_like(self.displacement)
         velocity[1:] = np.diff(self.displacement) / np.diff(self.time)
         return velocity
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """What is imposed on a muscle, checked: ``drive`` (A, W or V), ``load`` (N) and ``ambient`` (K), each from
+    ``time[k]`` (s) until ``time[k + 1]``, shape (n,)."""
+
+    time: Array
+    drive: Array
+    load: Array
+    ambient: Array
+
+    @classmethod
+    def of(cls, time: ArrayLike, drive: ArrayLike, load: ArrayLike, ambient: ArrayLike) -> 'Schedule':
+        """From a column of times, and numbers or columns. Raises BadInput as ``simulate``."""
+        times = np.require(time, np.float64, ('C', 'W'))
+        if times.ndim != 1 or times.size == 0 or not (np.all(np.isfinite(times)) and np.all(np.diff(times) > 0.0)):
+            raise BadInput('time: expected one finite, increasing column with at least one entry')
+        drives = _column('drive', drive, times.shape)
+        loads = _column('load', load, times.shape)
+        ambients = _column('ambient', ambient, times.shape)
+        if loads.min() < 0.0:
+            raise BadInput(f'load = {loads.min()} N: a load pulls, 0 or more')
+        return cls(times, drives, loads, ambients)
+
+    def at(self, ambient: ArrayLike) -> 'Schedule':
+        """The same at another ambient, K. Raises BadInput as ``simulate``."""
+        return Schedule(self.time, self.drive, self.load, _column('ambient', ambient, self.time.shape))
+
+    @cached_property
+    def lowest_drive(self) -> float:
+        """The least of the drive."""
+        return float(self.drive.min())
+
+
+def _column(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """A number or a column as a column of this shape."""
+    given = np.asarray(values, dtype=np.float64)
+    if given.shape not in ((), shape):
+        raise BadInput(f'{name}: expected a number or {shape[0]} entries, as time has; got shape {given.shape}')
+    filled = np.full(shape, given) if given.shape == () else np.require(given, requirements=('C', 'W'))
+    finite = np.isfinite(filled)
+    if not finite.all():
+        raise BadInput(f'{name}: entry {int(np.argmin(finite))} is not a finite number')
+    return filled
 
 
 def _kind(kind: str) -> int:
@@ -255,21 +301,53 @@ def simulate(
     Raises:
         BadInput: times that do not increase, lengths that differ, values that are not finite.
     """
-    imposed = _columns(parameters, time, drive, load, ambient)
-    _, drives, loads, ambients = imposed
-    muscle = Muscle(
+    schedule = Schedule.of(
+        time, drive, 0.0 if load is None else load, parameters['T0'] if ambient is None else ambient
+    )
+    return follow(
         parameters,
+        schedule,
+        kind=kind,
         end=end,
-        load=float(loads[0]) if starting_load is None else starting_load,
+        starting_load=starting_load,
         held_length=held_length,
         spring_rate=spring_rate,
         spring_rest_length=spring_rest_length,
-        ambient=float(ambients[0]),
+        temperature=temperature,
+        resolution=resolution,
+        hottest=hottest,
+        only=only,
+    )
+
+
+def follow(
+    parameters: Parameters,
+    schedule: Schedule,
+    *,
+    kind: str = 'current',
+    end: str = 'load',
+    starting_load: float | None = None,
+    held_length: float = 0.0,
+    spring_rate: float = 0.0,
+    spring_rest_length: float = 0.0,
+    temperature: float | None = None,
+    resolution: float = 1.0,
+    hottest: float | None = None,
+    only: Collection[str] | None = None,
+) -> Outputs:
+    """As ``simulate``, of a schedule that has been checked: a fit follows the same one thousands of times."""
+    muscle = Muscle(
+        parameters,
+        end=end,
+        load=float(schedule.load[0]) if starting_load is None else starting_load,
+        held_length=held_length,
+        spring_rate=spring_rate,
+        spring_rest_length=spring_rest_length,
+        ambient=float(schedule.ambient[0]),
         temperature=temperature,
     )
-    muscle._impose(float(drives.min()), kind, None, None)
-    followed = parameters.followed(resolution, hottest)
-    return _shown_by(muscle, followed, imposed, only)
+    muscle._impose(schedule.lowest_drive, kind, None, None)
+    return _shown_by(muscle, parameters.followed(resolution, hottest), schedule, only)
 
 
 def simulate_on(
@@ -280,42 +358,14 @@ def simulate_on(
     A long simulation is done piece by piece so, with the same result to the last bit: each piece begins with the last
     instant of the one before, which is shown again.
     """
-    imposed = _columns(muscle.parameters, time, drive, load, ambient)
-    muscle._impose(float(imposed[1].min()), kind, None, None)
-    return _shown_by(muscle, muscle.parameters.followed(1.0, None), imposed, None)
+    schedule = Schedule.of(time, drive, load, ambient)
+    muscle._impose(schedule.lowest_drive, kind, None, None)
+    return _shown_by(muscle, muscle.parameters.followed(1.0, None), schedule, None)
 
 
-def _columns(
-    parameters: Parameters, time: ArrayLike, drive: ArrayLike, load: ArrayLike | None, ambient: ArrayLike | None
-) -> tuple[Array, Array, Array, Array]:
-    """Time, drive, load and ambient as columns of one length. Raises BadInput as ``simulate``."""
-    times = np.require(time, np.float64, ('C', 'W'))
-    if times.ndim != 1 or times.size == 0 or not (np.all(np.isfinite(times)) and np.all(np.diff(times) > 0.0)):
-        raise BadInput('time: expected one finite, increasing column with at least one entry')
-
-    def column(name: str, values: ArrayLike) -> Array:
-        given = np.asarray(values, dtype=np.float64)
-        if given.shape not in ((), times.shape):
-            raise BadInput(f'{name}: expected a number or {times.size} entries, as time has; got shape {given.shape}')
-        filled = np.full(times.shape, given) if given.shape == () else np.require(given, requirements=('C', 'W'))
-        finite = np.isfinite(filled)
-        if not finite.all():
-            raise BadInput(f'{name}: entry {int(np.argmin(finite))} is not a finite number')
-        return filled
-
-    drives = column('drive', drive)
-    loads = column('load', 0.0 if load is None else load)
-    ambients = column('ambient', parameters['T0'] if ambient is None else ambient)
-    if loads.min() < 0.0:
-        raise BadInput(f'load = {loads.min()} N: a load pulls, 0 or more')
-    return times, drives, loads, ambients
-
-
-def _shown_by(
-    muscle: Muscle, followed: Array, imposed: tuple[Array, Array, Array, Array], only: Collection[str] | None
-) -> Outputs:
+def _shown_by(muscle: Muscle, followed: Array, schedule: Schedule, only: Collection[str] | None) -> Outputs:
     """What a muscle shows under what is imposed on it, as columns."""
-    times, drives, loads, ambients = imposed
+    times, drives, loads, ambients = schedule.time, schedule.drive, schedule.load, schedule.ambient
     kept = [k for k, name in enumerate(_COLUMNS) if only is None or name in only]
     found = np.empty((len(kept), times.size))
     at_once = times.size if only is None else _PIECE
@@ -330,6 +380,8 @@ def _shown_by(
         )  # fmt: skip
         if only is not None:
             found[:, piece] = shown[kept]
-    columns = dict.fromkeys(_COLUMNS, np.empty(0)) | dict(zip((_COLUMNS[k] for k in kept), found, strict=True))
-    in_domain, slack = (columns.pop(name) > 0.5 for name in ('in_domain', 'slack'))
-    return Outputs(time=times, in_domain=in_domain, slack=slack, heated=muscle.heated, lost=muscle.lost, **columns)
+    rows = [np.empty(0)] * len(_COLUMNS)
+    for k, row in zip(kept, found, strict=True):
+        rows[k] = row
+    *values, in_domain, slack = rows
+    return Outputs(times, *values, in_domain > 0.5, slack > 0.5, muscle.heated, muscle.lost)

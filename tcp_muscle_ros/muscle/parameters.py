@@ -5,18 +5,17 @@ The ROS declarations, the files in ``config/``, the tables in the documents and 
 made from this table. SI inside, absolute temperatures in kelvin; the edge (files, ROS) speaks degC.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from math import isfinite
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.arrays import Array, Mask
 from tcp_muscle_ros.muscle.effects import EFFECTS
 from tcp_muscle_ros.muscle.family import FAMILY
 from tcp_muscle_ros.muscle.layout import COEFFICIENTS, VECTOR_SIZE
@@ -62,6 +61,35 @@ _PLACES = _places()
 _DEFAULTS: Array = np.zeros(VECTOR_SIZE)
 for _name, _place in _PLACES.items():
     _DEFAULTS[_place] = SPECIFICATIONS[_name].value
+
+
+class _Built(NamedTuple):
+    """What muscles with the same effects have in common: the vector as far as they decide it, which are on, and the
+    functions that fill in the rest or tell how quick it is, each with its place in the vector."""
+
+    nominal: Array
+    mask: Mask
+    prepared: tuple[tuple[Callable[[Any], None], slice], ...]
+    quick: tuple[tuple[Callable[[Any, Any], float], slice], ...]
+
+
+@lru_cache(maxsize=256)
+def _built(effects: tuple[str, ...]) -> _Built:
+    on = [EFFECTS[name] for name in effects]
+    vector = _DEFAULTS.copy()
+    vector[INDEX['hottest']] = DOMAIN_HIGH
+    vector[INDEX['integrated']] = any(not HEATING_POINTS.isdisjoint(effect.hooks) for effect in on)
+    for point in POINTS:
+        vector[INDEX[f'at_{point}']] = any(point in effect.hooks for effect in on)
+    vector[INDEX['motion']] = any(effect.motion for effect in on)
+    mask = np.array([name in effects for name in EFFECT_NAMES], dtype=np.bool_)
+    mask.setflags(write=False)
+    return _Built(
+        vector,
+        mask,
+        tuple((effect.prepare, COEFFICIENTS[effect.name]) for effect in on if effect.prepare is not None),
+        tuple((effect.fastest_rate, COEFFICIENTS[effect.name]) for effect in on),
+    )
 
 
 @dataclass(frozen=True)
@@ -175,22 +203,16 @@ class Parameters(Mapping[str, float]):
     @cached_property
     def vector(self) -> Array:
         """What the compiled model reads, shape (VECTOR_SIZE,): the table, constants made from it, effects."""
-        vector: Array = _DEFAULTS.copy()
+        built = _built(self.effects)
+        vector: Array = built.nominal.copy()
         for name, value in self.given.items():
             vector[_PLACES[name]] = value
         for name in DERIVED:
             vector[_PLACES[name]] = self[name]
-        for effect in self.effects:
-            if (prepare := EFFECTS[effect].prepare) is not None:
-                prepare(vector[COEFFICIENTS[effect]])
+        for prepare, own in built.prepared:
+            prepare(vector[own])
         vector[INDEX['modulus_at_T0']] = reference_modulus(vector)
-        vector[INDEX['hottest']] = DOMAIN_HIGH
         vector[INDEX['fastest_rate']] = self._fastest_rate(vector)
-        on = [EFFECTS[name] for name in self.effects]
-        vector[INDEX['integrated']] = any(not HEATING_POINTS.isdisjoint(effect.hooks) for effect in on)
-        for point in POINTS:
-            vector[INDEX[f'at_{point}']] = any(point in effect.hooks for effect in on)
-        vector[INDEX['motion']] = any(effect.motion for effect in on)
         vector.setflags(write=False)
         return vector
 
@@ -200,22 +222,28 @@ class Parameters(Mapping[str, float]):
         """
         if resolution == 1.0 and hottest is None:
             return self.vector
+        if (resolution, hottest) in self._coarser:
+            return self._coarser[resolution, hottest]
         vector: Array = self.vector.copy()
         if hottest is not None:
             vector[INDEX['hottest']] = min(vector[INDEX['hottest']], hottest)
         vector[INDEX['fastest_rate']] = resolution * self._fastest_rate(vector)
         vector.setflags(write=False)  # numba compiles anew for an array that may be written
+        self._coarser[resolution, hottest] = vector
         return vector
+
+    @cached_property
+    def _coarser(self) -> dict[tuple[float, float | None], Array]:
+        """What ``followed`` has made."""
+        return {}
 
     def _fastest_rate(self, vector: Array) -> float:
         """1/s: the quickest process that the step must resolve. The factor 4 leaves room for a hotter surface."""
         rates = [4.0 * vector[INDEX['hA']] / vector[INDEX['C']]]
-        rates += [EFFECTS[name].fastest_rate(vector[COEFFICIENTS[name]], vector) for name in self.effects]
+        rates += [fastest_rate(vector[own], vector) for fastest_rate, own in _built(self.effects).quick]
         return float(max(rates))
 
     @cached_property
-    def mask(self) -> NDArray[np.bool_]:
+    def mask(self) -> Mask:
         """Which effects are on, in the registry's order, shape (number of effects,)."""
-        mask = np.array([name in self.effects for name in EFFECT_NAMES], dtype=np.bool_)
-        mask.setflags(write=False)
-        return mask
+        return _built(self.effects).mask

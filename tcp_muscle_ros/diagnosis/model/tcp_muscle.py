@@ -12,7 +12,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.model.model import Channel, Dependence, Model, Ratio, Recorded, Roles, Surroundings
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, LOG_SPREAD, START, Unknown
-from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Effect, Outputs, Parameters, length, simulate
+from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Effect, Outputs, Parameters, follow, length
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
 from tcp_muscle_ros.muscle.stepping import SUBSTEP
@@ -117,13 +117,10 @@ class TcpMuscle(Model):
         """What a muscle shows that begins at a temperature (K; None: the room's), in a room (K; None: as it was
         read)."""
         imposed, holding = recorded.imposed, recorded.holding
-        return simulate(
+        return follow(
             parameters,
-            imposed.time,
-            imposed.drive,
+            imposed.schedule if ambient is None or ambient is imposed.ambient else imposed.schedule.at(ambient),
             kind=imposed.kind,
-            load=imposed.load,
-            ambient=imposed.ambient if ambient is None else ambient,
             end=holding.end,
             starting_load=holding.starting_load,
             held_length=holding.held_length,
@@ -216,7 +213,7 @@ def _softest(recordings: Iterable[Recorded], nominal: Parameters) -> float:
 def _hottest(recorded: Recorded) -> float | None:
     """K, that the muscle certainly did not exceed: a bead in its surface may show less than the fibre has."""
     seen = recorded.observed.get('temperature')
-    return None if seen is None or not seen.value.size else float(seen.value.max()) + _HOTTER
+    return None if seen is None or not seen.value.size else seen.highest + _HOTTER
 
 
 TCP_MUSCLE = TcpMuscle()

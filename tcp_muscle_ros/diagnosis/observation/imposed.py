@@ -1,10 +1,12 @@
 """What was imposed on a muscle, and what held its end."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from tcp_muscle_ros.muscle import Schedule
 from tcp_muscle_ros.muscle.arrays import Array
 
 _AT, _SAME = 1e-6, 1e-9  # s, less is no other instant
@@ -39,6 +41,11 @@ class Imposed:
     lost: Array = field(default_factory=lambda: np.empty((0, 2)))
     unsure: float = 0.0
     unread: bool = False
+
+    @cached_property
+    def schedule(self) -> Schedule:
+        """It, as a muscle follows it."""
+        return Schedule.of(self.time, self.drive, self.load, self.ambient)
 
     def switched(self, switch: Earlier) -> 'Imposed':
         """The same with the drive switched earlier than it was shown."""

@@ -38,6 +38,11 @@ class Observed:
             return self.spacing
         return float(np.median(np.diff(self.time)))
 
+    @cached_property
+    def highest(self) -> float:
+        """The largest of its values, of which there is one."""
+        return float(self.value.max())
+
     def averaged(self, shown: Array) -> Array:
         """What the mean over each block is where ``shown`` is what a model shows in its middle, both shape (m,).
 
