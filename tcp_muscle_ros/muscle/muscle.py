@@ -301,9 +301,7 @@ def simulate(
     Raises:
         BadInput: times that do not increase, lengths that differ, values that are not finite.
     """
-    schedule = Schedule.of(
-        time, drive, 0.0 if load is None else load, parameters['T0'] if ambient is None else ambient
-    )
+    schedule = Schedule.of(time, drive, 0.0 if load is None else load, parameters['T0'] if ambient is None else ambient)
     return follow(
         parameters,
         schedule,
@@ -383,5 +381,6 @@ def _shown_by(muscle: Muscle, followed: Array, schedule: Schedule, only: Collect
     rows = [np.empty(0)] * len(_COLUMNS)
     for k, row in zip(kept, found, strict=True):
         rows[k] = row
-    *values, in_domain, slack = rows
-    return Outputs(times, *values, in_domain > 0.5, slack > 0.5, muscle.heated, muscle.lost)
+    columns = dict(zip(_COLUMNS, rows, strict=True))
+    in_domain, slack = (columns.pop(name) > 0.5 for name in ('in_domain', 'slack'))
+    return Outputs(time=times, in_domain=in_domain, slack=slack, heated=muscle.heated, lost=muscle.lost, **columns)
