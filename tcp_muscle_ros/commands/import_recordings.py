@@ -40,7 +40,6 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.recording.csv_import import import_runs, lab_files, unclaimed
     from tcp_muscle_ros.recording.import_map import read_import_map
     from tcp_muscle_ros.recording.lab.draft_map import map_text, told_apart
-    from tcp_muscle_ros.recording.lab.guess import guess
 
     if args.map and args.unit:
         raise BadInput(f'--unit {args.unit[0]}: the map says what is in which unit; change it there: {args.map}')
@@ -54,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         if import_map is not None:
             copyfile(args.map, draft / IMPORT_MAP)  # says how they came about, and what belongs together
         else:
-            drafts = {**_in_units(told_apart({file: guess(file) for file in files}), stated_units(args))}
+            drafts = {**_in_units(told_apart(_guessed(files)), stated_units(args))}
             (draft / IMPORT_MAP).write_text(map_text(drafts, output / IMPORT_MAP), encoding='utf-8')
             import_map = read_import_map(draft / IMPORT_MAP)
         runs = list(import_runs(import_map, files))
@@ -77,6 +76,21 @@ def run(args: argparse.Namespace) -> int:
             f'If that is wrong, change {output / IMPORT_MAP} and: tcp_muscle import {told} --map ... --output NEW_DIR'
         )
     return 0
+
+
+def _guessed(files: Sequence[Path]) -> dict[Path, list[DraftRun]]:
+    """What was understood of each file. BadInput says why the first cannot be, and names the others."""
+    from tcp_muscle_ros.recording.lab.guess import guess
+
+    found, why, others = {}, None, []
+    for file in files:
+        try:
+            found[file] = guess(file)
+        except BadInput as mistake:
+            why, others = why or mistake, [*others, str(file)]
+    if why is not None:
+        raise BadInput(*why.args, *([f'; nor can {", ".join(others[1:])} be read'] if others[1:] else []))
+    return found
 
 
 def _say_understood(drafts: dict[Path, Sequence[DraftRun]], runs: list[Imported]) -> None:

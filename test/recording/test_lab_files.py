@@ -131,6 +131,16 @@ def test_what_cannot_be_understood_is_one_line_and_nothing_is_left(tmp_path, cap
     assert [path.name for path in tmp_path.iterdir()] == ['three_thermocouples.csv']
 
 
+def test_all_files_of_a_folder_that_cannot_be_read_are_named_at_once(tmp_path, capsys):
+    for name in ('a', 'b', 'd'):
+        (tmp_path / f'{name}.csv').write_text('remember,this\nhello,there\n')
+    (tmp_path / 'c.csv').write_text('time [s],current [A],temperature [degC]\n0,0,25\n1,0.2,25\n2,0.2,26\n')
+    assert main(['import', str(tmp_path), '--output', str(tmp_path / 'bags')]) == 2
+    said = capsys.readouterr().err
+    assert said.count('\n') == 1 and f'import: {tmp_path / "a.csv"}: no table of numbers in it' in said
+    assert f'; nor can {tmp_path / "b.csv"}, {tmp_path / "d.csv"} be read' in said
+
+
 def test_files_of_one_name_are_told_apart_by_their_folders_or_their_kind(tmp_path):
     for k, name in enumerate(['a/run.csv', 'b/run.csv', 'b/run.txt', 'b/other.csv']):
         (tmp_path / name).parent.mkdir(exist_ok=True)
