@@ -82,15 +82,18 @@ def _guessed(files: Sequence[Path]) -> dict[Path, list[DraftRun]]:
     """What was understood of each file. BadInput says why the first cannot be, and names the others."""
     from tcp_muscle_ros.recording.lab.guess import guess
 
-    found, why, others = {}, None, []
-    for file in files:
+    def understood(file: Path) -> list[DraftRun] | BadInput:
         try:
-            found[file] = guess(file)
+            return guess(file)
         except BadInput as mistake:
-            why, others = why or mistake, [*others, str(file)]
-    if why is not None:
-        raise BadInput(*why.args, *([f'; nor can {", ".join(others[1:])} be read'] if others[1:] else []))
-    return found
+            return mistake
+
+    found = {file: understood(file) for file in files}
+    mistakes = {str(file): mistake for file, mistake in found.items() if isinstance(mistake, BadInput)}
+    if mistakes:
+        why, *others = mistakes
+        raise BadInput(*mistakes[why].args, *([f'; nor can {", ".join(others)} be read'] if others else []))
+    return {file: runs for file, runs in found.items() if not isinstance(runs, BadInput)}
 
 
 def _say_understood(drafts: dict[Path, Sequence[DraftRun]], runs: list[Imported]) -> None:

@@ -9,7 +9,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 pytestmark = pytest.mark.processes
 
 SCRIPT = Path(__file__).resolve().parents[2] / 'scripts' / 'kills.py'
-KILLS = 20  # four of each process, one after another; about eight seconds each
+KILLS = 20  # four of each process; about five seconds each
 
 
 def test_after_kill_minus_9_nothing_heats_and_nothing_is_lost(bench, tmp_path):

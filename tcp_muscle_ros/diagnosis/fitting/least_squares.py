@@ -19,6 +19,7 @@ from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 WIDTH = 1.645  # standard deviations either way: the interval of 90 %
+RUN_AWAY = 1e75  # whitened or SI: beyond it nothing is of a muscle, and products of two still are numbers
 _STEP = 1e-5
 _WORKERS = 2
 _UPDATES = 5  # of the slopes, before they are taken anew
@@ -141,7 +142,7 @@ def _mean_square(found: Sequence[Mapping[str, Array]]) -> dict[str, float]:
 
 def slopes(problem: Problem, z: Array, base: Sequence[Shown], which: Sequence[int] | None = None) -> list[Shown]:
     """d shown / d z of every recording, ``base`` being what is shown at ``z``, by differences away from the nearer
-    bound; each of shape (m, len(which))."""
+    bound; each of shape (m, len(which)). An unknown with which the model runs away has none: it stays where it is."""
     which = range(len(problem.unknowns)) if which is None else which
     out = [{name: np.zeros((shown.size, len(which))) for name, shown in mine.items()} for mine in base]
 
@@ -152,10 +153,15 @@ def slopes(problem: Problem, z: Array, base: Sequence[Shown], which: Sequence[in
         moved = z.copy()
         moved[k] += step
         values = problem.values(moved)
+        recordings = range(len(base)) if unknown.recording is None else [unknown.recording]
         with np.errstate(over='ignore', invalid='ignore'):  # where the model runs away
-            for r in range(len(base)) if unknown.recording is None else [unknown.recording]:
+            for r in recordings:
                 for name, shown in problem.predict(values, r).items():
                     out[r][name][:, place] = (shown - base[r][name]) / step
+        if not all(np.all(np.abs(mine[:, place]) < RUN_AWAY) for r in recordings for mine in out[r].values()):
+            for r in recordings:
+                for mine in out[r].values():
+                    mine[:, place] = 0.0
 
     with ThreadPoolExecutor(_WORKERS) as pool:
         list(pool.map(column, enumerate(which)))
