@@ -8,7 +8,7 @@ from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
-from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.fitting.least_squares import fit, slopes
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.holding import Conditions
@@ -45,17 +45,33 @@ def test_an_eightfold_error_of_hA_in_the_nominal_set_is_found_home_from():
     assert found['hA'].value == pytest.approx(TRUE['hA'], rel=0.02)
 
 
-def test_a_fit_that_is_begun_where_the_model_runs_away_begins_with_what_is_nominal():
+def running_away():
+    """A problem, and where in it the model runs away: the hotter, the more heat, without end."""
     run = experiment(('resistance', 'temperature'), 0.27, 0.588, 0)
     problem = calibrate([run], NOMINAL).fit.problem
     strong = replace(run.imposed, drive=7.0 * run.imposed.drive)
     problem = replace(problem, experiments=(replace(run, imposed=strong),))
     steep = next(k for k, u in enumerate(problem.unknowns) if u.name == 'a_R')
     away = problem.start()
-    away[steep] = problem.unknowns[steep].to_fit(0.05)  # the hotter, the more heat: without end
+    away[steep] = problem.unknowns[steep].to_fit(0.05)
+    return problem, away
+
+
+def test_a_fit_that_is_begun_where_the_model_runs_away_begins_with_what_is_nominal():
+    problem, away = running_away()
     begun = fit(problem, away, rounds=1)
     assert np.isfinite(begun.misfit)
     np.testing.assert_allclose(begun.z, fit(problem, rounds=1).z)
+
+
+@pytest.mark.filterwarnings('ignore::RuntimeWarning')
+def test_a_fit_goes_on_from_slopes_that_were_taken_where_the_model_runs_away():
+    problem, away = running_away()
+    shown = problem.predictions(away)
+    assert not all(np.all(np.isfinite(values)) for values in shown[0].values())
+    taken = slopes(problem, away, shown)
+    assert all(np.all(np.isfinite(columns)) for columns in taken[0].values())
+    assert np.isfinite(fit(problem, away, rounds=3, known=taken, polish=False).misfit)
 
 
 @pytest.mark.parametrize('seed', range(3))
