@@ -38,7 +38,7 @@ segments:
 @pytest.fixture(scope='module')
 def muscle(bench):
     class Muscle:
-        program = bench.start('sim_node', 'played', rate_hz=20.0)
+        program = bench.start('sim_node', 'played')
         current = bench.listen('/played/current')
         diagnostics = bench.listen('/diagnostics', DiagnosticArray)
 
