@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.nodes.topics import COMMANDED_BY, NAMELESS, NOBODY, Commanders, another
+from tcp_muscle_ros.nodes.topics import COMMANDED_BY, NAMELESS, NOBODY, REMEMBERED, Commanders, another
 
 NAMED_WITHIN = 10.0  # s, in which a commander without a name gets one, or goes: a node of a moment ago, or this one
 # s, after which a run of the same name that stands has not been refused: that takes 15 s, and more on a busy machine.
@@ -61,7 +61,15 @@ class Rivals:
         while (found := others()) and time.monotonic() - begun < min(passing.get(name, 0.0) for name in found):
             pause()
         if found:
-            raise BadInput(f'{min(found)} commands this muscle too; stop it first: only one node may command a muscle')
+            raise _refused(found)
+
+    def refuse_latecomers(self) -> None:
+        """BadInput where another node commands the muscle that the graph of this node showed late, asked now and then.
+
+        One of this node's name once it stands for longer than one that was killed.
+        """
+        if found := self._others(REMEMBERED) - {NAMELESS}:
+            raise _refused(found)
 
     def _others(self, standing: float) -> set[str]:
         """Other commanders of the muscle, by the graph of this node; those of its own name that stand so long (s)."""
@@ -76,3 +84,7 @@ class Rivals:
         others = self._others(_STAYS)
         passing, self._nameless = not self._nameless, NAMELESS in others
         return min(others - {NAMELESS} if passing else others, default='')
+
+
+def _refused(others: set[str]) -> BadInput:
+    return BadInput(f'{min(others)} commands this muscle too; stop it first: only one node may command a muscle')

@@ -253,15 +253,21 @@ class Runner:
         self._load.send(load)
 
     def wait_until_cold(self, ambient: float, time_constant: float) -> None:
-        """Without current until the muscle is cold; without a thermometer for five of its time constants (s)."""
+        """Without current until the muscle is cold; without a thermometer for five of its time constants (s).
+
+        BadInput where another node commands it: what that heats never is.
+        """
         self._cold = cold = Cold(ambient)
-        begun = self._time.now()
+        begun = look_next = self._time.now()
         say_next = begun + 3.0
         self._supervisor.listen_anew(begun)  # while a person hung the load nobody listened
         while not cold.reached(now := self._time.now()):
             self._pause()
             if 'temperature' not in self._supervisor.heard and now - begun > 5.0 * time_constant:
                 break
+            if now > look_next:
+                look_next = now + _LOOK
+                self._rivals.refuse_latecomers()
             if now > say_next:
                 say_next = now + _SAY_AGAIN
                 shown = '' if cold.temperature is None else f': {celsius(cold.temperature)}, room {celsius(ambient)}'

@@ -350,6 +350,15 @@ def test_a_commander_that_comes_meanwhile_or_a_muscle_that_dies_ends_it(bench, t
         assert not kept.notes and kept['current_command'].value[-1] == 0.0
 
 
+def test_a_commander_that_comes_while_a_hot_muscle_cools_ends_it(bench, tmp_path):
+    bench.start('sim_node', 'hot', initial_temperature_c=80.0, hA=0.002)
+    program = played(bench, tmp_path, '--yes', namespace='hot')
+    bench.until(lambda: 'to be cold' in program.said(), 'it does not wait', 120.0)
+    second = bench.speaker('/hot/current_command')
+    assert '/bench commands this muscle too; stop it first' in ended(bench, program, 2)
+    bench.node.destroy_publisher(second)
+
+
 def test_a_muscle_that_dies_is_noticed_as_soon_after_a_person_took_long_to_hang_the_load(bench, tmp_path):
     """Nobody listens while a person is asked: that is no gap between two messages, five of which make a silence."""
     muscle, current = bench.start('sim_node', 'waiting'), bench.listen('/waiting/current')
