@@ -143,10 +143,10 @@ class Kills:
         if role in nodes:
             namespace = 'alone' if role == 'alone' else 'killed'
             command = ['-m', f'tcp_muscle_ros.nodes.{nodes[role]}', '--ros-args', '-r', f'__ns:=/{namespace}']
-            if role != 'twin':
-                command += ['-p', f'rate_hz:={RATE}']
             if role == 'twin':
                 command += ['-p', f'report_folder:={self.folder / "twin"}', '-p', 'keep_s:=10.0']
+            else:
+                command += ['-p', f'rate_hz:={RATE}']
         elif role == 'recorder':
             self._bag += 1
             command = ['-m', 'tcp_muscle_ros.tool', 'record', '--namespace', 'killed', '--output', str(self.bag)]

@@ -302,38 +302,6 @@ def simulate(
         BadInput: times that do not increase, lengths that differ, values that are not finite.
     """
     schedule = Schedule.of(time, drive, 0.0 if load is None else load, parameters['T0'] if ambient is None else ambient)
-    return follow(
-        parameters,
-        schedule,
-        kind=kind,
-        end=end,
-        starting_load=starting_load,
-        held_length=held_length,
-        spring_rate=spring_rate,
-        spring_rest_length=spring_rest_length,
-        temperature=temperature,
-        resolution=resolution,
-        hottest=hottest,
-        only=only,
-    )
-
-
-def follow(
-    parameters: Parameters,
-    schedule: Schedule,
-    *,
-    kind: str = 'current',
-    end: str = 'load',
-    starting_load: float | None = None,
-    held_length: float = 0.0,
-    spring_rate: float = 0.0,
-    spring_rest_length: float = 0.0,
-    temperature: float | None = None,
-    resolution: float = 1.0,
-    hottest: float | None = None,
-    only: Collection[str] | None = None,
-) -> Outputs:
-    """As ``simulate``, of a schedule that has been checked: a fit follows the same one thousands of times."""
     muscle = Muscle(
         parameters,
         end=end,
@@ -344,8 +312,7 @@ def follow(
         ambient=float(schedule.ambient[0]),
         temperature=temperature,
     )
-    muscle._impose(schedule.lowest_drive, kind, None, None)
-    return _shown_by(muscle, parameters.followed(resolution, hottest), schedule, only)
+    return follow(muscle, schedule, kind=kind, resolution=resolution, hottest=hottest, only=only)
 
 
 def simulate_on(
@@ -356,13 +323,21 @@ def simulate_on(
     A long simulation is done piece by piece so, with the same result to the last bit: each piece begins with the last
     instant of the one before, which is shown again.
     """
-    schedule = Schedule.of(time, drive, load, ambient)
+    return follow(muscle, Schedule.of(time, drive, load, ambient), kind=kind)
+
+
+def follow(
+    muscle: Muscle,
+    schedule: Schedule,
+    *,
+    kind: str = 'current',
+    resolution: float = 1.0,
+    hottest: float | None = None,
+    only: Collection[str] | None = None,
+) -> Outputs:
+    """As ``simulate_on``, of a schedule that has been checked: a fit follows the same one thousands of times."""
     muscle._impose(schedule.lowest_drive, kind, None, None)
-    return _shown_by(muscle, muscle.parameters.followed(1.0, None), schedule, None)
-
-
-def _shown_by(muscle: Muscle, followed: Array, schedule: Schedule, only: Collection[str] | None) -> Outputs:
-    """What a muscle shows under what is imposed on it, as columns."""
+    followed = muscle.parameters.followed(resolution, hottest)
     times, drives, loads, ambients = schedule.time, schedule.drive, schedule.load, schedule.ambient
     kept = [k for k, name in enumerate(_COLUMNS) if only is None or name in only]
     found = np.empty((len(kept), times.size))
@@ -378,9 +353,6 @@ def _shown_by(muscle: Muscle, followed: Array, schedule: Schedule, only: Collect
         )  # fmt: skip
         if only is not None:
             found[:, piece] = shown[kept]
-    rows = [np.empty(0)] * len(_COLUMNS)
-    for k, row in zip(kept, found, strict=True):
-        rows[k] = row
-    columns = dict(zip(_COLUMNS, rows, strict=True))
+    columns = dict.fromkeys(_COLUMNS, np.empty(0)) | dict(zip((_COLUMNS[k] for k in kept), found, strict=True))
     in_domain, slack = (columns.pop(name) > 0.5 for name in ('in_domain', 'slack'))
     return Outputs(time=times, in_domain=in_domain, slack=slack, heated=muscle.heated, lost=muscle.lost, **columns)

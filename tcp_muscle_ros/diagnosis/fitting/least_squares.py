@@ -5,7 +5,7 @@ one recording; they are updated in between, and outlive the fit, for the next on
 with another noise or with part of the data.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +19,7 @@ from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 
 WIDTH = 1.645  # standard deviations either way: the interval of 90 %
-RUN_AWAY = 1e75  # whitened or SI: beyond it nothing is of a muscle, and products of two still are numbers
+_RUN_AWAY = 1e75  # whitened or SI: beyond it nothing is of a muscle, and products of two still are numbers
 _STEP = 1e-5
 _WORKERS = 2
 _UPDATES = 5  # of the slopes, before they are taken anew
@@ -140,6 +140,11 @@ def _mean_square(found: Sequence[Mapping[str, Array]]) -> dict[str, float]:
     return {name: float(np.mean(np.concatenate([mine[name] for mine in found if name in mine]) ** 2)) for name in names}
 
 
+def ran_away(found: Iterable[Array]) -> bool:
+    """Whether anything that was simulated is beyond what a muscle shows, or no number."""
+    return not all(np.all(np.abs(part) < _RUN_AWAY) for part in found)
+
+
 def slopes(problem: Problem, z: Array, base: Sequence[Shown], which: Sequence[int] | None = None) -> list[Shown]:
     """d shown / d z of every recording, ``base`` being what is shown at ``z``, by differences away from the nearer
     bound; each of shape (m, len(which)). An unknown with which the model runs away has none: it stays where it is."""
@@ -158,10 +163,10 @@ def slopes(problem: Problem, z: Array, base: Sequence[Shown], which: Sequence[in
             for r in recordings:
                 for name, shown in problem.predict(values, r).items():
                     out[r][name][:, place] = (shown - base[r][name]) / step
-        if not all(np.all(np.abs(mine[:, place]) < RUN_AWAY) for r in recordings for mine in out[r].values()):
-            for r in recordings:
-                for mine in out[r].values():
-                    mine[:, place] = 0.0
+        found = [mine[:, place] for r in recordings for mine in out[r].values()]
+        if ran_away(found):
+            for part in found:
+                part[:] = 0.0
 
     with ThreadPoolExecutor(_WORKERS) as pool:
         list(pool.map(column, enumerate(which)))

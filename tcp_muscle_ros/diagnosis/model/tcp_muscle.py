@@ -12,7 +12,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.model.model import Channel, Dependence, Model, Ratio, Recorded, Roles, Surroundings
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, LOG_SPREAD, START, Unknown
-from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Effect, Outputs, Parameters, follow, length
+from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Effect, Muscle, Outputs, Parameters, follow, length
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
 from tcp_muscle_ros.muscle.stepping import SUBSTEP
@@ -117,20 +117,19 @@ class TcpMuscle(Model):
         """What a muscle shows that begins at a temperature (K; None: the room's), in a room (K; None: as it was
         read)."""
         imposed, holding = recorded.imposed, recorded.holding
-        return follow(
+        schedule = imposed.schedule if ambient is None or ambient is imposed.ambient else imposed.schedule.at(ambient)
+        muscle = Muscle(
             parameters,
-            imposed.schedule if ambient is None or ambient is imposed.ambient else imposed.schedule.at(ambient),
-            kind=imposed.kind,
             end=holding.end,
-            starting_load=holding.starting_load,
+            load=holding.starting_load,
             held_length=holding.held_length,
             spring_rate=holding.spring_rate,
             spring_rest_length=holding.spring_rest_length,
+            ambient=float(schedule.ambient[0]),
             temperature=start,
-            resolution=resolution,
-            hottest=_hottest(recorded),
-            only=only,
         )
+        hottest = _hottest(recorded)
+        return follow(muscle, schedule, kind=imposed.kind, resolution=resolution, hottest=hottest, only=only)
 
     def steps(self, recorded: Recorded, parameters: Parameters, resolution: float) -> float:
         """About how many steps a simulation takes: more where heat is integrated, or a weight moves."""

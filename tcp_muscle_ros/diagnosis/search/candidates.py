@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.fitting.least_squares import RUN_AWAY, Fit, fit
+from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit, ran_away
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import effect_unknowns
@@ -218,7 +218,7 @@ class Screen:
         for k, (before, after) in enumerate(zip(self.fit.predictions, moved, strict=True)):
             added = {name: (after[name] - shown)[:, None] for name, shown in before.items()}
             found.append(-problem.columns(added, k)[:, 0])
-        return found if all(np.all(np.abs(part) < RUN_AWAY) for part in found) else None
+        return None if ran_away(found) else found
 
     @property
     def misfit(self) -> float:
