@@ -298,6 +298,19 @@ def test_functions_are_read_in_one_go():
     assert not long
 
 
+def test_the_longest_tests_have_been_run():
+    """./scripts/test leaves them out: docs/long_checks.md says what came of each file of them."""
+    page = (ROOT / 'docs' / 'long_checks.md').read_text(encoding='utf-8')
+    rows = re.findall(r'^\| (test/\S+\.py) \| (\d+) \| (\d+) \| (\d+) \| (\d+) \|', page, re.M)
+    marked = {
+        str(path.relative_to(ROOT))
+        for path in (ROOT / 'test').rglob('test_*.py')
+        if re.search(r'^@pytest\.mark\.long$', path.read_text(encoding='utf-8'), re.M)
+    }
+    assert {file for file, *_ in rows} == marked
+    assert [file for file, *_, failed in rows if failed != '0'] == []
+
+
 def test_ground_floors_import_with_rclpy_blocked():
     names = [name for name, _ in modules() if room(name) in WITHOUT_ROS]
     assert {room(name) for name in names} >= {'muscle', 'recording', 'control'}

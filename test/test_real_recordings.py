@@ -83,6 +83,7 @@ def test_no_circumstance_is_named_on_the_public_rigs(runs):
     assert 'no other listed effect explains as much' not in page
 
 
+@pytest.mark.long
 def test_strokes_that_stick_and_slip_are_predicted_as_far_as_they_repeat(runs):
     """Five strokes of tens of millimetres: nothing is named, and how the runs differ is said."""
     names = ('stroke_1W_2', 'stroke_1W_3', 'stroke_3W_2a', 'stroke_4W_5', 'stroke_4W_6')

@@ -333,7 +333,7 @@ def cluster(tmp_path):
             process.wait()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_cluster_loses_nothing_where_a_worker_is_killed_in_the_middle(bags, cluster):
     import distributed
 

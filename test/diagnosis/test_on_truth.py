@@ -60,7 +60,7 @@ def test_a_thermometer_that_is_off_by_another_amount_each_time_is_a_sensor(diagn
     assert [f.effect for f in found.findings] == ['temperature_offset']
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_thermometer_that_shows_the_current_is_no_second_node(diagnosed):
     found = diagnosed(7, 'decoy', 'thermocouple_pickup', 5152)
     assert [f.effect for f in found.findings] == ['thermocouple_pickup']
@@ -75,7 +75,7 @@ def test_a_resistance_that_bends_with_the_current_is_a_contact_that_it_lowers(di
     assert 'clock_skew' not in [f.effect for f in found.findings]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_the_misfit_of_another_effect_shows_as_slips_is_no_slip(diagnosed):
     found = diagnosed(76, 'single', 'shear_softening', 701)
     assert [f.effect for f in found.findings] == ['shear_softening']
@@ -91,7 +91,7 @@ def test_the_course_of_gusts_is_inferred_where_one_gust_is_not_the_weather(tmp_p
         assert left[0] > left[1] > 3.0 * left[2], (channel, left)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_one_swing_above_the_unloaded_length_does_not_spoil_the_phase_of_the_others(tmp_path):
     """The generator's coil pushes as it pulls."""
 
@@ -107,7 +107,7 @@ def test_one_swing_above_the_unloaded_length_does_not_spoil_the_phase_of_the_oth
     assert values['inertia.q', None] > 0.9
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_swing_is_not_dropped_because_recordings_that_hardly_show_it_outvote_the_others(tmp_path, monkeypatch):
     """What a swing leaves weighs little once it is found; the votes are those of nine recordings, two of which showed
     one. Any other effect goes."""
@@ -138,7 +138,7 @@ def test_sudden_slips_are_named_and_leave_their_mean_to_the_better_muscle(diagno
     assert any('slipped suddenly' in note for note in found.notes)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slips_that_a_swing_hides_show_once_it_is_found(tmp_path):
     recordings = recorded(tmp_path, 207, 'double', '', 1009)[1:3]
     calibrated = in_turn(calibrate(recordings, NOMINAL).fit)
@@ -159,7 +159,7 @@ def test_a_draught_keeps_its_name_where_runs_of_one_protocol_differ(tmp_path):
     assert [f.effect for f in found.findings] == ['airflow']
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_heat_capacity_may_rise_beyond_the_temperatures_that_were_reached(diagnosed):
     """Chains that thaw: the listed rise follows it with its middle above all temperatures, and its width below."""
     found = diagnosed(35, 'single', 'heat_capacity', 9301, 'varied')

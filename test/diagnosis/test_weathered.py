@@ -60,6 +60,7 @@ def calibrated(runs):
     return in_turn(calibrate(runs, NOMINAL).fit)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(('weather', 'effect'), [(blowing, 'airflow'), (drifting, 'ambient_drift')])
 def test_what_goes_its_own_way_is_named_by_its_course_and_taken_out(weather, effect):
     bare = calibrated(recorded_in(weather))
@@ -70,6 +71,7 @@ def test_what_goes_its_own_way_is_named_by_its_course_and_taken_out(weather, eff
     assert all(left[name] < max(0.02 * had[name], 1.2 * sigma**2) for name, sigma in NOISE.items())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(('weather', 'effect'), [(blowing, 'airflow'), (drifting, 'ambient_drift')])
 def test_a_single_recording_has_a_weather_too(weather, effect):
     bare = calibrated(recorded_in(weather)[:1])
@@ -77,12 +79,14 @@ def test_a_single_recording_has_a_weather_too(weather, effect):
     assert [c.effect for c in found.chosen] == [effect]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('law', ['natural_convection', 'two_node', 'hysteresis'])
 def test_a_law_that_is_not_listed_is_no_weather_of_a_single_recording(law):
     found = select_twice(calibrated(recorded_in(still, TRUE.with_effects(law))[:1]), [])
     assert with_weather(found, CIRCUMSTANCES) is found
 
 
+@pytest.mark.long
 def test_what_it_hid_is_found_beside_it_and_what_was_named_before_stays():
     """A resistance that bends is hidden, friction is not, in the air of a room that drifts."""
     muscle = TRUE.replace({'tcr_curvature.b': -8e-6}).with_effects('friction', 'tcr_curvature')
@@ -100,6 +104,7 @@ def unsteady(k):
     return 0.1 * wander(20 + k, 6.0) * drive**2 * TRUE['R0'] / TRUE['hA']
 
 
+@pytest.mark.long
 def test_an_unsteady_supply_is_no_weather():
     found = select_twice(calibrated(recorded_in(unsteady)), [])
     assert with_weather(found, CIRCUMSTANCES) is found
@@ -118,6 +123,7 @@ def gusts(seed):
     return course
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('of_the_air', [True, False])
 def test_gusts_that_fall_into_long_heating_are_told_from_a_supply_by_what_it_leaves(of_the_air):
     """Hot for minutes, both explain all but a thousandth of a misfit of many times the noise: what the course of a
@@ -136,6 +142,7 @@ def test_gusts_that_fall_into_long_heating_are_told_from_a_supply_by_what_it_lea
     assert named == (['airflow'] if of_the_air else [])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('effect', ['natural_convection', 'hysteresis', 'tcr_curvature'])
 def test_a_law_that_is_not_listed_is_no_weather(effect):
     """Heat that goes with the muscle's state is foretold; what one channel misses the others deny."""

@@ -217,6 +217,7 @@ def test_a_joint_of_two_muscles_turns_the_same_way_each_time(bench):
     assert first == run('joint_b')
 
 
+@pytest.mark.long
 def test_an_elbow_stays_where_it_is_while_the_shoulder_lifts_it_if_the_arms_weight_is_known(bench):
     """As test/robots/test_controlled.py has it without nodes."""
     pytest.importorskip('mujoco', reason="needs MuJoCo (extra 'mujoco', Python 3.11 and later)")

@@ -74,6 +74,7 @@ def test_a_model_file_is_taken_without_a_step_in_the_current_and_without_its_lim
     assert 'Traceback' not in controlled.controller.said()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('controlled', [NOISE], indirect=True)
 def test_an_adopted_model_reaches_the_controller_and_is_taken_back_from_both(bench, controlled, tmp_path):
     twin = bench.start(

@@ -69,7 +69,7 @@ def proven(tmp_path_factory):
     return folder, arguments
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_sample_is_proven_from_end_to_end(proven):
     folder, _ = proven
     for method in FOLDERS:
@@ -84,7 +84,7 @@ def test_a_sample_is_proven_from_end_to_end(proven):
     assert Case(folder / 'cases' / 'case_0000').experiments
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_case_that_is_done_is_not_done_again(proven, capsys):
     folder, arguments = proven
     reports = sorted(folder.glob('reports/*/*/report.json'))

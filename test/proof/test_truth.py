@@ -89,6 +89,7 @@ def test_a_finer_step_changes_nothing():
     assert np.abs(coarse.displacement - fine.displacement).max() < 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('name', ['hysteresis', 'torsional_leakage'])
 def test_a_finer_step_changes_nothing_of_what_the_sealed_suite_conceals(name):
     done = steps(*(Step(12.0, i, F) for F in (0.6, 1.7) for i in (0.27, 0.05, 0.25, 0.15, 0.2)))
@@ -97,6 +98,7 @@ def test_a_finer_step_changes_nothing_of_what_the_sealed_suite_conceals(name):
     assert np.abs(coarse - fine).max() < 1e-7
 
 
+@pytest.mark.long
 def test_the_sealed_loop_is_one_at_any_rate_and_grows_with_the_way():
     """The loop between the same temperatures is the same three times as slowly, and less between nearer ones."""
     bench, plain = changed('hysteresis', 1.0, SUITES['sealed']), Bench.of(Body())
@@ -155,6 +157,7 @@ def test_the_sealed_loop_does_not_jump_where_the_temperature_turns():
     assert (np.abs(np.diff(order)) <= 1.001 * steepest * np.abs(np.diff(seen.fibre)) + 2e-5).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('name', ['branch_cte', 'torsional_leakage', 'friction', 'first_cycle', 'creep'])
 def test_a_finer_step_changes_nothing_of_what_the_suite_outside_conceals(name):
     done = steps(*(Step(12.0, i, F) for F in (0.6, 1.7) for i in (0.27, 0.05, 0.25, 0.15, 0.2)))
@@ -286,6 +289,7 @@ def test_every_effect_that_a_suite_conceals_has_a_form_for_each_suite():
     assert len(set(unlisted)) == len(unlisted)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(('name', 'form'), [(name, k) for name in ALL for k in range(len(EFFECTS[name].forms))])
 def test_every_effect_acts_and_grows_with_its_strength(name, form):
     done, plain = shown_by(EFFECTS[name].shown_by[0])
@@ -307,6 +311,7 @@ def sizes_of(seen: Signals, plain: Signals) -> list[float]:
 OWN = {'electrical': 'resistance', 'thermal': 'temperature', 'mechanical': 'displacement'}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('name', EXPRESSIBLE)
 def test_a_law_of_one_quantity_is_seen_in_the_channel_of_its_stage(name):
     rng = np.random.default_rng(3)
@@ -361,6 +366,7 @@ def test_a_stroke_that_overshoots_comes_back_to_where_it_would_have_gone():
         assert abs(end[-1]) < NOISE['displacement'] / 10.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('name', CONCEALED)
 def test_the_third_and_fourth_forms_are_as_strong_as_the_others(name):
     done, plain = shown_by(EFFECTS[name].shown_by[0])
@@ -369,6 +375,7 @@ def test_the_third_and_fourth_forms_are_as_strong_as_the_others(name):
         assert 0.4 * min(found[:2]) < size < 2.5 * max(found[:2]), found
 
 
+@pytest.mark.long
 def test_no_two_forms_of_an_effect_are_the_same_thing():
     loads = (0.5, 0.12, 1.2)
     done = steps(*(step for F in loads for step in (Step(14.0, 0.27, F), Step(14.0, 0.0, F), Step(14.0, 0.2, F))))
@@ -422,6 +429,7 @@ def test_a_delayed_channel_is_late_by_its_delay():
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ('name', 'form'),
     [('airflow', 1), ('torsional_leakage', 0), ('torsional_leakage', 1), ('hysteresis', 1), ('friction', 2),
