@@ -20,8 +20,8 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / 'docs' / 'long_checks.md'
 HEAD = """# The longest tests
 
-`./scripts/test` leaves out the tests that compute longest, so that it ends within twenty minutes. `./scripts/long_checks`
-runs them and writes this page: on {date}, revision {revision}, {cores} cores, in {minutes:.0f} min.
+`./scripts/test` leaves out the tests that compute longest, so that it ends within twenty minutes.
+`./scripts/long_checks` runs them and writes this page: on {date}, revision {revision}, {cores} cores, in {minutes:.0f} min.
 
 | file | tests | passed | skipped | failed | s |
 |---|---|---|---|---|---|
@@ -31,10 +31,11 @@ runs them and writes this page: on {date}, revision {revision}, {cores} cores, i
 def main(arguments: Sequence[str]) -> int:
     with tempfile.TemporaryDirectory() as folder:
         told = Path(folder) / 'told.xml'
-        # Revision and cores as they are when the tests begin.
-        done = subprocess.run(['git', 'describe', '--always', '--dirty=+'], cwd=ROOT, capture_output=True, text=True)
+        described = ['git', 'describe', '--always', '--dirty=+']
+        done = subprocess.run(described, cwd=ROOT, capture_output=True, text=True, check=False)
         spread = [] if arguments else [f'--numprocesses={os.cpu_count()}', '--dist=load', f'--junitxml={told}']
-        code = subprocess.run([sys.executable, '-m', 'pytest', '-m', 'long', *spread, *arguments], cwd=ROOT).returncode
+        pytest = [sys.executable, '-m', 'pytest', '-m', 'long', *spread, *arguments]
+        code = subprocess.run(pytest, cwd=ROOT, check=False).returncode
         if not arguments and told.is_file():
             PAGE.write_text(page(ElementTree.parse(told).getroot()[0], done.stdout.strip()), encoding='utf-8')
             print(PAGE)
