@@ -21,7 +21,8 @@ PAGE = ROOT / 'docs' / 'long_checks.md'
 HEAD = """# The longest tests
 
 `./scripts/test` leaves out the tests that compute longest, so that it ends within twenty minutes.
-`./scripts/long_checks` runs them and writes this page: on {date}, revision {revision}, {cores} cores, in {minutes:.0f} min.
+`./scripts/long_checks` runs them and writes this page: on {date},
+revision {revision}, {cores} cores, in {minutes:.0f} min.
 
 | file | tests | passed | skipped | failed | s |
 |---|---|---|---|---|---|
