@@ -56,7 +56,7 @@ def test_a_lag_is_told_from_a_delay_by_edges_that_follow_before_either_is_over(l
     found = proposal(late, 'thermocouple_lag', 'clock_skew')
     assert found.name.endswith('rapid switching')
     assert set(found.separates) == {'thermocouple_lag', 'clock_skew'}
-    assert found.power > 0.9
+    assert 0.9 * next_experiment._HELD < found.power <= next_experiment._HELD  # what the models promise is not all kept
     # Of the rig nothing is said: a driver that nobody has set refuses more.
     assert max(step.current for step in found.steps) <= RigLimits().largest_current
 
@@ -100,7 +100,7 @@ def test_what_flows_is_told_from_an_end_that_turns_at_other_loads_but_not_surely
     found = proposal((bare, rivals), 'viscous_flow', 'torsional_leakage', limits=rig)
     assert found.name in ('three loads', 'holds at three loads')
     assert found.separates == adapted.separates == ('viscous_flow', 'torsional_leakage')
-    assert 0.1 < found.power < 0.5
+    assert 0.1 < found.power / next_experiment._HELD < 0.5
     assert adapted.power > 1.1 * found.power
 
 
