@@ -105,7 +105,7 @@ IMPATIENT = """
 import sys
 from tcp_muscle_ros import tool
 from tcp_muscle_ros.nodes import recorder
-recorder._PATIENCE_S = 3.0
+recorder._PATIENCE_S = 8.0  # on a busy machine a process is discovered late
 sys.exit(tool.main(['record', *sys.argv[1:]]))
 """
 TOPICS = {'displacement', 'current', 'displacement_setpoint', 'temperature', 'joint_states'}
@@ -319,7 +319,7 @@ def test_without_a_clock_simulated_time_is_said_to_be_missing(publish, record_im
     publish(100, 100_000, '/')
     _, error = recorder.communicate(timeout=60)
     assert recorder.returncode == 2
-    assert error.startswith('tcp_muscle record: no message on /clock within 3 s')
+    assert error.startswith('tcp_muscle record: no message on /clock within 8 s')
 
 
 def test_nothing_to_record_says_where_there_is_something(publish, record_impatiently, tmp_path):
@@ -328,7 +328,7 @@ def test_nothing_to_record_says_where_there_is_something(publish, record_impatie
     _, error = recorder.communicate(timeout=60)
     assert recorder.returncode == 2
     assert re.match(
-        r'tcp_muscle record: no message under / within 3 s \(ROS_DOMAIN_ID \d+\); '
+        r'tcp_muscle record: no message under / within 8 s \(ROS_DOMAIN_ID \d+\); '
         r'there are muscles under /m1 \(--namespace\)\n',
         error,
     )
