@@ -16,13 +16,15 @@ from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 
+from proof.prove import commit, machine
+
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / 'docs' / 'long_checks.md'
 HEAD = """# The longest tests
 
 `./scripts/test` leaves out the tests that compute longest, so that it ends within twenty minutes.
 `./scripts/long_checks` runs them and writes this page: on {date},
-revision {revision}, {cores} cores, in {minutes:.0f} min.
+revision {revision}, {machine}, in {minutes:.0f} min.
 
 | file | tests | passed | skipped | failed | s |
 |---|---|---|---|---|---|
@@ -32,13 +34,12 @@ revision {revision}, {cores} cores, in {minutes:.0f} min.
 def main(arguments: Sequence[str]) -> int:
     with tempfile.TemporaryDirectory() as folder:
         told = Path(folder) / 'told.xml'
-        described = ['git', 'describe', '--always', '--dirty=+']
-        done = subprocess.run(described, cwd=ROOT, capture_output=True, text=True, check=False)
+        revision = commit()  # as it is when the tests begin
         spread = [] if arguments else [f'--numprocesses={os.cpu_count()}', '--dist=load', f'--junitxml={told}']
         pytest = [sys.executable, '-m', 'pytest', '-m', 'long', *spread, *arguments]
         code = subprocess.run(pytest, cwd=ROOT, check=False).returncode
         if not arguments and told.is_file():
-            PAGE.write_text(page(ElementTree.parse(told).getroot()[0], done.stdout.strip()), encoding='utf-8')
+            PAGE.write_text(page(ElementTree.parse(told).getroot()[0], revision), encoding='utf-8')
             print(PAGE)
     return int(code != 0)
 
@@ -54,7 +55,7 @@ def page(suite: ElementTree.Element, revision: str) -> str:
         mine['skipped' if came == {'skipped'} else 'failed' if came else 'passed'] += 1
         mine['s'] += round(float(case.get('time', 0.0)))
     minutes = float(suite.get('time', 0.0)) / 60.0
-    text = HEAD.format(date=date.today().isoformat(), revision=revision, cores=os.cpu_count(), minutes=minutes)
+    text = HEAD.format(date=date.today().isoformat(), revision=revision, machine=machine(), minutes=minutes)
     for file, mine in sorted(rows.items()):
         tests = mine['passed'] + mine['skipped'] + mine['failed']
         text += f'| {file} | {tests} | {mine["passed"]} | {mine["skipped"]} | {mine["failed"]} | {mine["s"]} |\n'
