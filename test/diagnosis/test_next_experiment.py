@@ -61,6 +61,22 @@ def test_a_lag_is_told_from_a_delay_by_edges_that_follow_before_either_is_over(l
     assert max(step.current for step in found.steps) <= RigLimits().largest_current
 
 
+def test_two_others_are_told_apart_where_the_named_one_surely_is_not(late, monkeypatch):
+    """By what is kept of a promise: 0.6 of the models is no chance of a half."""
+    bare, rivals = late
+    third = replace(rivals['clock_skew'], effect='friction')
+    for probable, pair in ((0.6, ('clock_skew', 'friction')), (0.8, ('thermocouple_lag', 'clock_skew'))):
+        told = {
+            ('thermocouple_lag', 'clock_skew'): probable,
+            ('thermocouple_lag', 'friction'): 0.1,
+            ('clock_skew', 'friction'): 0.95,
+        }
+        monkeypatch.setattr(Planned, 'told', lambda self, rounds=1, told=told: told)
+        monkeypatch.setattr(next_experiment, '_VARIED', 0)
+        found = propose([*rivals.values(), third], bare, 100.0)
+        assert found.separates == pair
+
+
 def test_a_model_is_not_told_from_itself(late):
     _, rivals = late
     fitted = rivals['thermocouple_lag'].fit

@@ -20,7 +20,7 @@ from tcp_muscle_ros.diagnosis.answer.free_curve import found_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, of_form, rig_of
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.known import known_of
-from tcp_muscle_ros.diagnosis.answer.next_experiment import propose
+from tcp_muscle_ros.diagnosis.answer.next_experiment import LEAST_CHANCE, propose
 from tcp_muscle_ros.diagnosis.answer.notes import every_note, on_age
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, said_of_runs
@@ -41,7 +41,6 @@ from tcp_muscle_ros.settings.rig import Rig, RigLimits, beside
 # Below this, in units of the noise, an effect at plausible strength leaves nothing that could be seen.
 LEAST_SIGNAL = 3.0
 _MATTERS = 0.02  # of what a parameter may differ by, a priori
-LEAST_CHANCE = 0.5  # of deciding, from which an experiment is proposed
 
 
 def summaries(experiments: Sequence[Experiment]) -> tuple[RecordingSummary, ...]:

@@ -34,6 +34,7 @@ _KEPT = np.log(2.0)  # a promise is made with the listed forms: the muscle's own
 # Of what the models promise so much is kept: 12 of 19 experiments told apart what they should where 17.9 were expected
 # (suite `outside`, 58 cases, 2026-11-29), as often where they promised most as where they promised less.
 _HELD = 0.67
+LEAST_CHANCE = 0.5  # of deciding, from which an experiment is proposed
 _ODDS = 3.0  # of a rival that is all but beaten: e^-3, as of one that is
 _SETTLED = 0.02  # of the distance: less is no progress
 _SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step
@@ -168,8 +169,9 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
             plan, told = replace(other.plan, reason=f'{other.plan.reason} (adapted to this question)'), better
     # Rather the one that is named from another than two others from each other.
     names = question.names
-    pair, power = max(told.items(), key=lambda one: (one[1] >= 0.5, names[0] in one[0], one[1]))
-    return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, like.holding.end, _HELD * power)
+    promised = {pair: _HELD * probable for pair, probable in told.items()}
+    pair, power = max(promised.items(), key=lambda one: (one[1] >= LEAST_CHANCE, names[0] in one[0], one[1]))
+    return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, like.holding.end, power)
 
 
 def _usual_current(experiments: Sequence[Experiment]) -> float:
