@@ -12,6 +12,7 @@ import argparse
 import json
 import os
 import random
+import signal
 import subprocess
 import sys
 import tempfile
@@ -156,7 +157,9 @@ class Kills:
             if self.inquiry.exists():
                 command.append('--resume')
         with (self.folder / f'{role}.txt').open('ab') as said:
-            self.processes[role] = subprocess.Popen([sys.executable, *command], stdout=said, stderr=said)
+            self.processes[role] = subprocess.Popen(
+                [sys.executable, *command], stdout=said, stderr=said, start_new_session=True
+            )
 
     @property
     def bag(self) -> Path:
@@ -185,6 +188,12 @@ class Kills:
         self.processes.pop(role).wait()
         return moment
 
+    def clear(self, role: str) -> None:
+        """kill -9, and what it started: the diagnosis of an investigation would go on beside the next kills."""
+        with suppress(ProcessLookupError):  # it ended by itself, and started nothing
+            os.killpg(self.processes[role].pid, signal.SIGKILL)
+        self.processes.pop(role).wait()
+
     def hold(self, role: str, after: float, allowed: float, more: str = '') -> None:
         """A time (s) that must not be passed; more is told where it is."""
         self.worst[role] = max(self.worst[role], after)
@@ -206,7 +215,9 @@ class Kills:
         if role == 'investigation':
             self._inquiry += 1
             self.start(role)
-            if not self.until(lambda: self.alone.last > 0.0, 'the investigation heats nothing'):
+            if not self.until(self._heats, 'the investigation heats nothing', STARTING):
+                self.failures[-1] += f'{self._said(role)}; {self.alone}'
+                self.clear(role)
                 return
         elif role == 'twin':
             self._predicts()
@@ -280,19 +291,28 @@ class Kills:
         self.until(lambda: self.alone.last == 0.0 and time.monotonic() - moment > 0.8, 'the second muscle goes on')
         self.hold('investigation', self.alone.zero_after(moment), WATCHDOG + MARGIN)
         self.start('investigation')
-        if not self.until(self._goes_on, 'the investigation does not go on'):
-            self.failures[-1] += self._said('investigation')
-        self.kill('investigation')
+        if not self.until(self._goes_on, 'the investigation does not go on', STARTING):
+            self.failures[-1] += f'{self._said("investigation")}; {self.alone}'
+        self.clear('investigation')
 
     def _goes_on(self) -> bool:
-        """Whether it has recorded; one that discovered no muscle in time, and ended, is begun again and counted."""
+        """Whether it has recorded."""
         log = self.inquiry / 'log.jsonl'
         if log.is_file() and any(json.loads(line)['step'] == 'run' for line in log.read_text().splitlines()):
             return True
+        self._begin_again()
+        return False
+
+    def _heats(self) -> bool:
+        self._begin_again()
+        return self.alone.last > 0.0
+
+    def _begin_again(self) -> None:
+        """An investigation that discovered no muscle in time, and ended, is begun again and counted."""
         if self.processes['investigation'].poll() is not None:
             self.begun_again += 1
+            print(f'investigation begun again{self._said("investigation")}; {self.alone}', flush=True)
             self.start('investigation')
-        return False
 
     def _back(self, role: str) -> None:
         self.start(role)
@@ -308,7 +328,7 @@ class Kills:
     def end(self) -> None:
         """Kill what still runs."""
         for role in list(self.processes):
-            self.kill(role)
+            self.clear(role)
         self.executor.shutdown()
         self._spinning.join()  # one that is within the middleware when the process ends aborts it
         rclpy.try_shutdown()
