@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
@@ -234,33 +235,33 @@ def test_a_muscle_that_does_not_take_the_commands_is_told_from_none(bench, tmp_p
         bench.node.destroy_publisher(publisher)
 
 
-def test_a_commander_without_a_name_is_waited_for_since_it_may_be_this_run_itself(bench, muscle, tmp_path):
-    """So it was where a run was killed and begun anew: the driver knew the old one by name, the new one not yet."""
-    driver, told = bench.speaker('/diagnostics', DiagnosticArray), []
-    program = played(bench, tmp_path, '--yes')
+def test_a_commander_without_a_name_is_waited_for_since_it_may_be_this_run_itself(bench, tmp_path):
+    """So it was where a run was killed and begun anew: the driver knew the old one by name, the new one not yet.
+
+    The muscle is this test's: measured once the run has found its driver, whose word nothing else precedes.
+    """
+    driver = bench.node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+    measured = bench.node.create_publisher(Temperature, '/spoken/temperature', 10)
+    takes = bench.node.create_subscription(Float64, '/spoken/current_command', lambda _: None, 10)
 
     def says(commanders):
         values = [KeyValue(key='current_limit_a', value='0.27'), KeyValue(key='commanded_by', value=commanders)]
-        status = DiagnosticStatus(name='/played/driver', message='enabled', values=values)
-        driver.publish(DiagnosticArray(status=[status]))
+        status = DiagnosticStatus(name='/spoken/driver', message='enabled', values=values)
+        return DiagnosticArray(status=[status])
 
-    def waits():
-        says('/played/protocol_runner, an unknown node')
-        if not told and 'waiting for a muscle' in program.said():
-            told.append(time.monotonic())
-        return program.process.poll() is not None or (told and time.monotonic() - told[0] > 5.0)
-
-    bench.until(waits, 'it does not begin', 60.0)
-    assert program.process.poll() is None, program.said()
-    assert 'part 1' not in program.said()
-
-    def ends():
-        says('/played/protocol_runner')
-        return program.process.poll() is not None
-
-    bench.until(ends, 'it is not played', 60.0)
-    ended(bench, program, 0)
-    bench.node.destroy_publisher(driver)
+    with bench.repeating(driver, says('/spoken/protocol_runner, an unknown node')) as say:
+        program = played(bench, tmp_path, '--yes', namespace='spoken')
+        bench.until(lambda: bench.node.count_publishers('/spoken/current_command'), 'it does not begin', 60.0)
+        time.sleep(2.0)  # the driver is heard by then
+        with bench.repeating(measured, Temperature(temperature=23.0)):
+            time.sleep(5.0)
+            assert program.process.poll() is None, program.said()
+            assert 'part 1' not in program.said()
+            say(says('/spoken/protocol_runner'))
+            ended(bench, program, 0)
+    for publisher in (driver, measured):
+        bench.node.destroy_publisher(publisher)
+    bench.node.destroy_subscription(takes)
 
 
 def test_in_lockstep_a_run_gives_the_bag_that_offline_gives(bench, tmp_path):
