@@ -45,8 +45,8 @@ _COARSE = 1.0 / 50.0  # quantisation step as a share of the range
 def check(recording: Recording) -> list[Issue]:
     """All findings of all channels, in the order of the channels and then of time.
 
-    A gap that several channels share is told once, with the first of them; a resistance is not missed where no current
-    flowed.
+    A gap or an unsteady rhythm that several channels share is told once, with the first of them; a resistance is not
+    missed where no current flowed.
     """
     issues: list[Issue] = []
     for channel in recording.channels.values():
@@ -57,7 +57,7 @@ def check(recording: Recording) -> list[Issue]:
     for name, kind, sentence in instrument_faults(recording):
         time = recording[name].time
         issues.append(Issue(name, kind, (float(time[0]), float(time[-1])), sentence))
-    return _shared_gaps(issues)
+    return _shared(issues)
 
 
 def _without_pauses(time: Array, value: Array, found: list[Issue], recording: Recording) -> list[Issue]:
@@ -100,20 +100,27 @@ def _missing_in_all(middle: Array, step: Array, recording: Recording) -> NDArray
     return missing
 
 
-def _shared_gaps(issues: list[Issue]) -> list[Issue]:
-    """One finding where several channels have the same gap, to within the longest of their periods."""
+def _shared(issues: list[Issue]) -> list[Issue]:
+    """One finding where several channels have the same gap, to a fifth of it, or the same rhythm."""
     told: list[Issue] = []
     for issue in issues:
         for k, other in enumerate(told):
-            lasts = issue.interval[1] - issue.interval[0]
-            apart = max(abs(a - b) for a, b in zip(issue.interval, other.interval, strict=True))
-            if issue.kind == other.kind == 'gap' and apart < 0.2 * lasts and issue.channel != other.channel:
+            if issue.kind == other.kind and issue.channel != other.channel and _is_same(issue, other):
                 names, _, rest = other.sentence.partition(': ')
                 told[k] = other._replace(sentence=f'{names}, {issue.channel}: {rest}')
                 break
         else:
             told.append(issue)
     return told
+
+
+def _is_same(one: Issue, other: Issue) -> bool:
+    """Whether two channels' findings of one kind are one finding."""
+    if one.kind == 'jitter':
+        return one.sentence.partition(': ')[2] == other.sentence.partition(': ')[2]
+    lasts = one.interval[1] - one.interval[0]
+    apart = max(abs(a - b) for a, b in zip(one.interval, other.interval, strict=True))
+    return one.kind == 'gap' and apart < 0.2 * lasts
 
 
 def check_samples(name: str, time: Array, value: Array) -> list[Issue]:
@@ -132,7 +139,9 @@ def check_samples(name: str, time: Array, value: Array) -> list[Issue]:
         return issues
     issues += _rhythm(name, time)
     if CHANNELS[name].role == 'output':  # an input may well rest, and sit at its limit
-        issues += [*_stuck(name, time, value), *_saturation(name, time, value), *_quantisation(name, time, value)]
+        rests = name == 'force' and np.count_nonzero(np.diff(value)) < _STEPPED * len(value)  # weights, put on and off
+        looked_at = () if rests else (_stuck, _saturation, _quantisation)
+        issues += [issue for look in looked_at for issue in look(name, time, value)]
     issues += _unit(name, time, value)
     return issues
 
@@ -278,8 +287,6 @@ def quantum(value: Array) -> float:
 def _quantisation(name: str, time: Array, value: Array) -> Iterator[Issue]:
     span = float(value.max() - value.min())
     step = quantum(value)
-    if name == 'force' and np.count_nonzero(np.diff(value)) < _STEPPED * len(value):
-        return  # weights put on and taken off
     above_rounding = step > ROUNDED * float(np.max(np.abs(value)))  # else the last bit of a number that is constant
     if above_rounding and len(value) >= 100 and step > _COARSE * span:
         yield Issue(

@@ -53,6 +53,21 @@ def test_many_gaps_are_one_sentence():
     assert issue.sentence.startswith('temperature: 9 gaps, ')
 
 
+def test_an_unsteady_rhythm_of_all_channels_is_told_once():
+    uneven = np.cumsum(np.random.default_rng(0).uniform(0.002, 0.018, 3000))
+    names = ('temperature', 'displacement')
+    channels = {name: Channel(name, uneven, temperature(), name) for name in names}
+    recording = Recording(Path('run'), channels, 0)
+    told = [issue.sentence for issue in check(recording) if issue.kind == 'jitter']
+    assert len(told) == 1 and told[0].startswith('temperature, displacement: intervals spread')
+
+
+def test_weights_that_are_put_on_and_taken_off_are_no_sensor_at_its_limit():
+    weights = np.array([100.0, 67.0, 100.0, 30.0, 100.0])[np.arange(3000) // 600]
+    weights[np.arange(600, 3000, 600)] = (80.3, 83.1, 61.2, 77.0)  # a hand
+    assert kinds('force', TIME, 9.80665e-3 * weights) == []
+
+
 def test_jitter_backwards_and_duplicate_times():
     rng = np.random.default_rng(0)
     uneven = np.cumsum(rng.uniform(0.002, 0.018, 3000))

@@ -376,6 +376,9 @@ def test_a_load_that_nobody_states_is_said_to_be_missing(tmp_path):
     [
         (lambda k: (0.3923, 0.8826, 0.3923)[k // 100], 'load'),  # weights that are changed
         (lambda k: 0.3923 if k % 100 else 0.6, 'load'),  # caught while they were
+        (lambda k: 0.3923 + 0.1 * (k // 25 * 5 % 7) if k % 25 else 0.517, 'load'),  # seven of them, and a hand
+        (lambda k: round(0.5 + 0.4 * k / 300, 2 if k % 40 else 1), 'force'),  # a coarse cell beside a drift
+        (lambda k: 0.5 + 0.05 * (k // 30), 'force'),  # step by step
         (lambda k: 0.39 + round(0.5 * np.sin(k / 40), 2), 'force'),  # a coarse cell that the muscle pulls at
         (lambda k: 0.3923, 'load'),
     ],

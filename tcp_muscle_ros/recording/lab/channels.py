@@ -25,6 +25,7 @@ _CHANNEL_OF = dict.fromkeys(('length', 'elongation', 'distance', 'strain'), 'dis
 _COMMANDED = {**{name: f'{name}_command' for name in DRIVES}, 'displacement': 'displacement_setpoint'}
 _STEADY = 0.02  # of its size, by which a load that hangs may vary
 _WEIGHTS, _HUNG, _MANY = 5, 0.95, 200  # weights that are changed, the share of samples with one of them, of so many
+_STAYS, _FAR = 20, 4.0  # samples for which a weight stays at least, and steps of its scale from one to the next
 _FEWEST = 0.2  # share of the cells that are numbers
 _SURE = 0.9  # of a correlation
 _LAGS = (3.0, 8.0, 20.0, 40.0)  # s
@@ -96,6 +97,8 @@ def channels_of(
     found = [each for each in found if not _without_scale(each, length)]
     elsewhere = _elsewhere(found)
     notes += [f'{each.column.ref} is left out: it shows a voltage where no current flows' for each in elsewhere]
+    cells = [each.column for each in found if each.channel == 'force' and each.column.meaning.kind == 'load']
+    notes += [_measured(column) for column in cells]
     found = [each for each in found if each not in elsewhere]
     clocks = _clocks(columns, time)
     chosen = {
@@ -130,6 +133,10 @@ def _elsewhere(found: Sequence[Candidate]) -> list[Candidate]:
     none = np.abs(current) <= _NO_CURRENT * float(np.nanmax(np.abs(current)))
     voltages = [each for each in found if each.channel == 'voltage' and np.any(none & np.isfinite(each.rows))]
     return [v for v in voltages if np.nanmedian(np.abs(v.rows[none])) > _A_VOLTAGE * np.nanmax(np.abs(v.rows))]
+
+
+def _measured(column: Column) -> str:
+    return f'{column.ref} varies: taken as a force that was measured; where an end hangs free, that is its load'
 
 
 def _unscaled(column: Column) -> str:
@@ -210,11 +217,23 @@ def _candidate(column: Column, columns: Sequence[Column]) -> Candidate | None:
 
 
 def _hangs(value: Array) -> bool:
-    """Whether a load stays as it is, or changes from one of a few weights to another, as a load cell never does."""
+    """Whether a load stays as it is, or changes from one weight to another, as a load cell never does."""
     if is_steady(value):
         return True
     counts = np.sort(np.unique(value, return_counts=True)[1])
-    return bool(value.size >= _MANY and np.sum(counts[-_WEIGHTS:]) >= _HUNG * value.size)
+    few = bool(np.sum(counts[-_WEIGHTS:]) >= _HUNG * value.size)
+    return value.size >= _MANY and (few or _is_put_on(value))
+
+
+def _is_put_on(value: Array) -> bool:
+    """Whether one number after the other stays for long, each far from the last: a coarse cell goes step by step."""
+    begins = np.flatnonzero(np.diff(value, prepend=np.nan, append=np.nan))
+    lasts = np.diff(begins)
+    kept = lasts >= _STAYS
+    if np.count_nonzero(kept) < 2 or np.sum(lasts[kept]) < _HUNG * value.size:
+        return False
+    jumps = np.abs(np.diff(value[begins[:-1][kept]]))
+    return bool(np.median(jumps) >= _FAR * np.min(np.diff(np.unique(value))))
 
 
 def is_steady(value: Array) -> bool:
