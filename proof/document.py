@@ -52,7 +52,8 @@ SHA-256 of its labels is printed and logged (`proof/sealed_runs.jsonl`) before a
 tuned on the suites `development` and `varied`, which have other seeds and two of the other forms of each effect.
 
 A rate is given with its 95 % interval after Wilson. An effect is *detectable* if it remains above the noise after the
-paper's parameters are fitted again (1 sigma over 10 s, and 10 whitened). Rates of naming count detectable effects only.
+paper's parameters are fitted again (in its strongest 10 s as large as the noise, root mean square, and over all
+recordings a signal of ten times the noise, by the noise's own colour). Rates of naming count detectable effects only.
 
 *Held-out gap closed* compares errors on a recording that no method was given. Its currents are in no other recording,
 and its loads lie between those of the others. 0 is the error of the recalibrated muscle, 1 that of the oracle, which

@@ -52,6 +52,20 @@ def said(machine):
     return line
 
 
+def test_the_shell_of_a_person_who_sources_it_stays_open(machine):
+    checkout, programs = machine
+    done = subprocess.run(
+        [programs / 'bash', '-c', f'source {checkout}/scripts/setup && setup run || echo goes on'],
+        env={'PATH': str(programs), 'HOME': str(checkout)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.stdout == 'goes on\n'
+    assert 'no python3 found' in done.stderr
+
+
 def test_no_python(machine):
     assert 'no python3 found: sudo apt install' in said(machine)
 

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``import``."""
-    parser.add_argument('files', nargs='+', metavar='FILE', help='CSV, text, .xlsx, .mat, .parquet, or folders of them')
+    parser.add_argument(
+        'files', nargs='+', metavar='FILE', help='CSV, text, .xlsx, .mat, .parquet; of a folder no other text than .csv'
+    )
     parser.add_argument('--map', metavar='MAP.yaml', help='what the columns are (default: found from the files)')
     parser.add_argument('--output', metavar='DIR', help='a new folder for the bags (default: named as the first file)')
     add_unit_argument(parser)

@@ -28,7 +28,8 @@ What an odd file needs besides, as ``tcp_muscle import`` without a map writes it
 table: {encoding: cp1252, delimiter: ';', decimal: ',', headings: [7], first: 8, last: 37}   # rows, counted from 1
 table: {sheet: 'run 1', only: {trial: '2'}, missing: [OL]}    # of a spreadsheet; some rows; texts that are no number
 table: {long: {time: _time, name: _field, value: _value}}     # one reading a row: a column for each name
-time: {column: Uhrzeit, unit: clock, date: Datum, order: dmy, fraction: {column: ms, unit: ms}}   # or unit: stamp
+time: {column: Uhrzeit, unit: clock, date: {column: Datum}, fraction: {column: ms, unit: ms}}
+time: {column: Zeitstempel, unit: stamp, order: dmy}
 time: {column: micros, unit: us, wraps: 4294967296}
 columns: {force: {column: F, unit: N, time: {column: 't (2)', unit: s}}}  # a channel with a clock of its own
 ```

@@ -2,8 +2,8 @@
 
     dz/dt = g(T) dT/dt - z |dT/dt| / 10 K,   g = 1 / (1 + exp(-(T - Tg) / 5 K)),   T_drive = T + c z
 
-A rate-independent (Duhem) loop. The contraction leads the temperature on heating and lags it on cooling, so the heating
-branch lies on top. The loop opens above Tg and closes at the extremes, because each branch starts where the other
+A rate-independent (Duhem) loop. The contraction leads the temperature on heating and on cooling, so the heating branch
+lies on top. The loop opens above Tg and closes at the extremes, because each branch starts where the other
 ended. A loop in the other direction is hysteresis or friction: c is not negative.
 """
 
@@ -19,7 +19,7 @@ EDGE = 5.0  # K, over which the loop opens
 
 
 def contraction(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
-    """Ahead when heating, behind when cooling."""
+    """Ahead of the temperature, whichever way it goes."""
     q[DRIVING_TEMPERATURE] += c[0] * s[0]
 
 

@@ -58,7 +58,8 @@ EFFECT = Effect(
             'start', 0.0, '1', 0.0, 1.0, 'share that was set free before the start', 'earlier runs', state=True,
         ),
         Parameter(
-            'hottest', 23.0 + ZERO_CELSIUS, 'K', 250.0, 1000.0, 'hottest before', 'a new muscle; earlier recordings',
+            'hottest', 23.0 + ZERO_CELSIUS, 'K', 250.0, 1000.0,
+            'hottest before (with course = 1)', 'a new muscle; earlier recordings',
             absolute=True, fitted=False,
         ),
         Parameter(

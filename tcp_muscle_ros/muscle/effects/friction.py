@@ -1,6 +1,6 @@
 """M-14 friction: a guide or a pulley holds the end until the force on it exceeds Coulomb's.
 
-    k (H - Hs) + f = 0,   df = (Ff - f sign(dH)) |dH| / d
+    k (H - Hs) + f = 0,   df = (Ff - f sign(dH)) dH / d
 
 f opposes the motion (N) and builds up over the distance d, by which asperities yield before they slip (Dahl 1968). For
 d -> 0 the end stays within Ff/k of its equilibrium length Hs (Ff/(k + k_spring) against a spring). A blocked end does
@@ -80,7 +80,7 @@ EFFECT = Effect(
     name='friction',
     row='M-14',
     stage='mechanical',
-    equation='k (H - Hs) + f = 0, df = (Ff - f sign(dH)) |dH| / d',
+    equation='k (H - Hs) + f = 0, df = (Ff - f sign(dH)) dH / d',
     source="Coulomb's law of friction, with the way before it slips of Dahl 1968",
     parameters=(
         Parameter('Ff', 0.01, 'N', 0.0, 0.5, 'friction of the guide; of a pulley, at 0.5 N', 'estimated: 2 to 20 mN'),

@@ -60,7 +60,9 @@ EFFECT = Effect(
     stage='mechanical',
     equation='F = k0 L0 [(sin b - sin b0) + (1 + mu)(cos b0 - cos b) tan b] / (1 + (1 + mu) tan^2 b0)',
     source='Kirchhoff-Love rod; replaces equations 19 to 25',
-    parameters=(Parameter('mu', 0.4, '1', -1.0, 5.0, "Poisson's ratio in EI/GJ = 1 + mu", 'the paper, equation 10'),),
+    parameters=(
+        Parameter('mu', 0.4, '1', -1.0, 5.0, "Poisson's ratio in EI/GJ = 1 + mu", 'estimated; symbol: equation 10'),
+    ),
     hooks={'elasticity': elasticity},
     strength='mu',
     none=-1.0,

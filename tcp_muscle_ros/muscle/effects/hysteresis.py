@@ -4,7 +4,7 @@
     H -> H + w y dH/dT(T0),   dy = -(dT + |dT| y / Y)/2,   Y = 2 r/3
 
 Either three play operators of a Prandtl-Ishlinskii model, whose loop is as wide in temperature everywhere, or the law
-of Bouc and Wen (with beta = gamma, n = 1), which adds to the output, so that the loop is as wide in length everywhere,
+of Bouc and Wen (with gamma = 0, n = 1), which adds to the output, so that the loop is as wide in length everywhere,
 and lets go little by little. They start as after cooling. Contraction lags the temperature: the heating branch lies
 below the cooling branch, at every rate. Published fits of these muscles use the generalised form of the first; the
 second stands beside it in the literature of hysteresis.

@@ -4,7 +4,7 @@
     weq = w0 exp(-0.055 (T - T0)/K),   tau = tau60 exp(-0.065 (T - 60 degC)/K)
 
 w is the mass of water per mass of fibre. The vapour pressure of water doubles every 12 K, so in air of a given humidity
-the equilibrium content halves; diffusion in nylon is twelve times as fast at 60 as at 23 degC. 1 % is 2.4 J.
+the equilibrium content halves; diffusion in nylon is eleven times as fast at 60 as at 23 degC. 1 % is 2.4 J.
 """
 
 from math import exp

@@ -5,7 +5,7 @@
 At 8 mm/s the air passes at about 0.05 m/s. Masuya et al. 2017 use a velocity-dependent coefficient for these muscles;
 forced convection follows a power of the speed, 0.3 to 0.6 for cylinders (Churchill & Bernstein 1977), or less where
 natural convection adds to it. For n = 1 the heat lost over a distance does not depend on the speed: a load step that
-changes the length by |H| lowers theta = T - Ta to theta exp(-hA c |H| / C). For other n a step moves at 0.1 m/s.
+changes the length by dH lowers theta = T - Tinf to theta exp(-hA c |dH| / C). For other n a step moves at 0.1 m/s.
 
 Cooling moves the muscle, and motion cools it: beyond a certain strength this would have no limit. So hA is at most ten
 times its value at rest (in a wind of 3 m/s it is 6.5 times, after Churchill & Bernstein).

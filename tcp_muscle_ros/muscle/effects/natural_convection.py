@@ -26,7 +26,15 @@ EFFECT = Effect(
     equation='hA (|T - Tinf| / 40 K)^n',
     source='Churchill & Chu 1975, Morgan 1975',
     parameters=(
-        Parameter('n', 0.14, '1', 0.0, 0.4, 'exponent of the excess temperature', 'Morgan 1975: 0.12 to 0.155'),
+        Parameter(
+            'n',
+            0.14,
+            '1',
+            0.0,
+            0.4,
+            'exponent of the excess temperature',
+            'Churchill & Chu 1975: 0.12, Morgan 1975: 0.155',
+        ),
     ),
     hooks={'heat': heat},
     strength='n',

@@ -47,7 +47,10 @@ EFFECT = Effect(
         Parameter('r', 1e-4, '1/s', -1e-3, 1e-3, 'relative drift of R', 'estimated: 2 % in a run of 210 s'),
         Parameter('n', 1.0, '1', 0.3, 1.5, 'power of the time in use', 'cracking 1, a protecting oxide 0.5'),
         Parameter('a', 0.0, '1/K', 0.0, 0.1, 'rise of the ageing rate with temperature', 'oxidation: 0.03 to 0.1 1/K'),
-        Parameter('w0', 0.0, 's', 0.0, 1e9, 'time in use before', 'a new muscle; earlier recordings', fitted=False),
+        Parameter(
+            'w0', 0.0, 's', 0.0, 1e9, 'time in use before (with course = 1)', 'a new muscle; earlier recordings',
+            fitted=False,
+        ),
         Parameter(
             'course', 0.0, '1', 0.0, 1.0, 'of a recording after others: 0 anew, 1 goes on', 'a free choice',
             choices=('anew', 'goes on'), fitted=False,

@@ -2,7 +2,7 @@
 
     R = R0 (1 + a_R theta + b theta^2),   theta = T - T0
 
-Outside 0 to 120 degC it is held constant.
+Outside 0 to 120 degC its ratio to the straight line is held constant.
 """
 
 from tcp_muscle_ros.muscle.arrays import Array
