@@ -25,8 +25,11 @@ from datetime import date
 from itertools import pairwise
 from pathlib import Path
 
-# Before the middleware is loaded. Processes that are killed leave shared memory behind, which later ones trip over.
-os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+# Before the middleware is loaded. As in the tests: what a killed process held in shared memory may keep others from
+# beginning, for good, and with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST the middleware always has some.
+os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(Path(__file__).resolve().parents[1] / 'test' / 'localhost.xml')
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'  # the profile is narrower: this machine
+os.environ['PYTHONFAULTHANDLER'] = '1'  # SIGABRT: a process says where it stands
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -65,26 +68,42 @@ MUST = {
 
 
 class Waits:
-    """How long (s) a process has waited for a core since this was made: the thread that waited longest.
+    """How long (s) a process has waited for a core since this was made, and what other machines on the same cores took
+    from this one.
 
-    Always 0 where the kernel does not count it.
+    All its threads together: they wait for each other, one holding what the next must have, and each for a core. Always
+    0 where the kernel does not count it.
     """
 
     def __init__(self, process: subprocess.Popen[bytes]) -> None:
         self._threads = Path(f'/proc/{process.pid}/task')
-        self._before = self._counted()
+        self._before, self._taken = self._counted(), self._stolen()
 
-    def _counted(self) -> dict[str, float]:
+    def _counted(self) -> dict[str, tuple[float, float]]:
+        """Of each thread: computed, waited."""
         found = {}
         for path in self._threads.glob('*/schedstat'):
             with suppress(OSError):  # a thread that ended meanwhile
-                found[path.parent.name] = int(path.read_text().split()[1]) * 1e-9
+                computed, waited, _ = path.read_text().split()
+                found[path.parent.name] = int(computed) * 1e-9, int(waited) * 1e-9
         return found
+
+    def _stolen(self) -> float:
+        """Of each core, on average."""
+        said = Path('/proc/stat').read_text().splitlines()[0].split()
+        return int(said[8]) / os.sysconf('SC_CLK_TCK') / (os.cpu_count() or 1)
 
     def so_far(self) -> float:
         """Up to now."""
-        counted = self._counted().items()
-        return max((value - self._before.get(thread, 0.0) for thread, value in counted), default=0.0)
+        return self._sum(1) + self._stolen() - self._taken
+
+    def __str__(self) -> str:
+        """Of what the process did with its time."""
+        return f'it computed {self._sum(0):.2f} s, {self._stolen() - self._taken:.2f} s were stolen'
+
+    def _sum(self, k: int) -> float:
+        none = (0.0, 0.0)
+        return sum(now[k] - self._before.get(one, none)[k] for one, now in self._counted().items())
 
 
 class Heard:
@@ -131,6 +150,7 @@ class Kills:
         self.failures: list[str] = []
         self.begun_again = self.twins_again = 0
         self._bag = self._inquiry = 0
+        self._asked = 0.0  # when the investigation was last started; steady time, s
         (folder / 'protocol.yaml').write_text(PROTOCOL)
         rclpy.init(args=[])
         self.node = Node('kills', enable_rosout=False)
@@ -174,6 +194,8 @@ class Kills:
             self.processes[role] = subprocess.Popen(
                 [sys.executable, *command], stdout=said, stderr=said, start_new_session=True
             )
+        if role == 'investigation':
+            self._asked = time.monotonic()
 
     @property
     def bag(self) -> Path:
@@ -270,6 +292,7 @@ class Kills:
         if not self.predicted.messages:
             self.twins_again += 1
             print(f'twin begun again; its diagnostics: {self.twin_says}; {self.predicted}; {self.current}', flush=True)
+            print(self._said('twin') + self._stands('twin'), flush=True)
             self.kill('twin')
             self.start('twin')
         if not self.until(lambda: self.predicted.messages, 'no prediction'):
@@ -279,10 +302,26 @@ class Kills:
         said = (self.folder / f'{role}.txt').read_text().splitlines()
         return f' (load average {os.getloadavg()[0]:.1f}); it said: {said[-1] if said else "nothing"}'
 
+    def _stands(self, role: str) -> str:
+        """Where a process that still runs stands; that ends it."""
+        process, path = self.processes[role], self.folder / f'{role}.txt'
+        if process.poll() is not None:
+            return ''
+        before = path.stat().st_size
+        threads = []
+        for task in Path(f'/proc/{process.pid}/task').iterdir():
+            with suppress(OSError):
+                threads.append(f'{(task / "comm").read_text().strip()} {(task / "wchan").read_text()}')
+        process.send_signal(signal.SIGABRT)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(5.0)
+        where = path.read_bytes()[before:].decode(errors='replace')
+        return f'; it stands (threads {", ".join(threads)}) at: {where}'
+
     def _recorder(self) -> None:
         waits = Waits(self.processes['recorder'])
         time.sleep(WATCHED)
-        waited = waits.so_far()
+        waited, did = waits.so_far(), str(waits)
         moment = self.kill('recorder')
         killed = time.time()
         # What did not come to us either was not the recorder's to lose.
@@ -292,7 +331,7 @@ class Kills:
             ended = killed - recording.start_ns * 1e-9
             each = ', '.join(f'{name} {ended - channel.time[-1]:.2f} s' for name, channel in recording.channels.items())
             lost = ended - recording.duration - max(moment - came, 0.0)
-            self.hold('recorder', lost, LOST + MARGIN, waited, f'; before the kill ended: {each}')
+            self.hold('recorder', lost, LOST + MARGIN, waited, f'; {did}; before the kill ended: {each}')
         except BadInput as error:
             self.failures.append(f'recorder killed: {error}')
         self.start('recorder')
@@ -319,10 +358,13 @@ class Kills:
         return self.alone.last > 0.0
 
     def _begin_again(self) -> None:
-        """An investigation that discovered no muscle in time, and ended, is begun again and counted."""
-        if self.processes['investigation'].poll() is not None:
+        """An investigation that discovered no muscle in time, and ended, is begun again and counted; so is one that
+        the middleware does not let begin."""
+        if self.processes['investigation'].poll() is not None or time.monotonic() - self._asked > PATIENCE:
             self.begun_again += 1
-            print(f'investigation begun again{self._said("investigation")}; {self.alone}', flush=True)
+            told = self._said('investigation') + self._stands('investigation')
+            print(f'investigation begun again{told}; {self.alone}', flush=True)
+            self.clear('investigation')
             self.start('investigation')
 
     def _back(self, role: str) -> None:
@@ -366,7 +408,7 @@ def document(kills: Kills, took: float) -> str:
             '|---|---|---|---|',
             *rows,
             '',
-            f'Investigations that discovered no muscle and had to be resumed once more: {kills.begun_again}.',
+            f'Investigations that discovered no muscle, or hung, and had to be resumed once more: {kills.begun_again}.',
             f'Twins that discovered none in {PATIENCE / 2:.0f} s and had to be started again: {kills.twins_again}.',
             'What the process that must act waited for a core is in its longest, and allowed beside it.',
             *(f'- {failure}' for failure in kills.failures),
@@ -381,7 +423,6 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=4)
     parser.add_argument('--output', type=Path)
     args = parser.parse_args()
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 50))
     begun = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:

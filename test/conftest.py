@@ -5,14 +5,12 @@ import os
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
 
 one_of_linear_algebra()  # before numpy comes
-# Nodes that tests kill leave their shared memory behind: the middleware runs out of it, and messages do not arrive.
-os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
 
 import domains  # noqa: E402
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
-os.environ.update(ROS_DOMAIN_ID=str(domains.take()), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+os.environ.update(domains.ALONE, ROS_DOMAIN_ID=str(domains.take()))
 
 # A property is about values; how long one takes depends on what numba still has to compile and on who else computes.
 settings.register_profile('untimed', deadline=None)
