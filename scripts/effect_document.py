@@ -26,8 +26,8 @@ one piece of physics to it. All are off by default, and off means the resolved m
 
 The same names and parameters hold in `sim_node`, `tcp_muscle simulate`, `replay` and `diagnose`. Each effect has an
 amplitude (**bold**) that fades it out without a jump; at the value given there it is the resolved model (of clock_skew
-with r = 0, of current_gain with z = 0). Values marked
-*estimated* come from the geometry and material of this muscle, not from a measurement of it.
+with r = 0, of current_gain with z = 0). Values marked *estimated* come from the geometry and material of this muscle,
+not from a measurement of it.
 
 *Contraction* is how much shorter the muscle is than at the start (topic `displacement`), *stroke* how far it contracts
 in a heating, *elongation* how much longer it is.

@@ -15,12 +15,13 @@ from itertools import chain
 # The middleware within this machine, without shared memory, which a killed node may leave locked for good: others then
 # hang where they begin, or stall. `ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST` would bring it back, whatever else is said.
 _PROFILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'localhost.xml')
+OF_FAST_DDS = os.environ.get('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp') == 'rmw_fastrtps_cpp'
 ALONE = {
     'FASTRTPS_DEFAULT_PROFILES_FILE': _PROFILE,  # of Fast DDS 2
     'FASTDDS_DEFAULT_PROFILES_FILE': _PROFILE,  # of Fast DDS 3
     'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET',  # the profile is narrower
 }
-if os.environ.get('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp':  # another, which reads no profile
+if not OF_FAST_DDS:  # another reads no profile
     ALONE = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 
 # `scripts/setup` gives those up to 50 to what runs beside the tests; above 101 a domain meets ephemeral ports.

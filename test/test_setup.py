@@ -35,16 +35,22 @@ def program(folder, name, script):
     path.chmod(0o755)
 
 
-def said(machine):
-    """The one line on stderr of a set-up that must fail."""
+def run(machine, *arguments):
+    """What bash does there."""
     checkout, programs = machine
-    done = subprocess.run(
-        [programs / 'bash', checkout / 'scripts' / 'test'],
+    return subprocess.run(
+        [programs / 'bash', *arguments],
         env={'PATH': str(programs), 'HOME': str(checkout)},
         capture_output=True,
         text=True,
         timeout=60,
     )
+
+
+def said(machine):
+    """The one line on stderr of a set-up that must fail."""
+    checkout, _ = machine
+    done = run(machine, checkout / 'scripts' / 'test')
     assert done.returncode == 1
     assert not (checkout / '.venv').exists()
     (line,) = done.stderr.splitlines()
@@ -53,15 +59,7 @@ def said(machine):
 
 
 def test_the_shell_of_a_person_who_sources_it_stays_open(machine):
-    checkout, programs = machine
-    done = subprocess.run(
-        [programs / 'bash', '-c', f'source {checkout}/scripts/setup && setup run || echo goes on'],
-        env={'PATH': str(programs), 'HOME': str(checkout)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = run(machine, '-c', f'source {machine[0]}/scripts/setup && setup run || echo goes on')
     assert done.stdout == 'goes on\n'
     assert 'no python3 found' in done.stderr
 

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+import domains
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
@@ -21,9 +22,7 @@ def test_after_kill_minus_9_nothing_heats_and_nothing_is_lost(bench, tmp_path):
     assert f'**0 of {KILLS} did not hold.**' in (tmp_path / 'kills.md').read_text()
 
 
-@pytest.mark.skipif(
-    os.environ.get('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp', reason='is of Fast DDS'
-)
+@pytest.mark.skipif(not domains.OF_FAST_DDS, reason='the threads and the profile are those of Fast DDS')
 def test_nodes_of_tests_reach_nobody_else_and_share_no_memory_that_a_killed_one_may_leave_locked(bench):
     program = bench.start('sim_node', 'by_itself')
     current = bench.listen('/by_itself/current')

@@ -97,8 +97,6 @@ def channels_of(
     found = [each for each in found if not _without_scale(each, length)]
     elsewhere = _elsewhere(found)
     notes += [f'{each.column.ref} is left out: it shows a voltage where no current flows' for each in elsewhere]
-    cells = [each.column for each in found if each.channel == 'force' and each.column.meaning.kind == 'load']
-    notes += [_measured(column) for column in cells]
     found = [each for each in found if each not in elsewhere]
     clocks = _clocks(columns, time)
     chosen = {
@@ -135,10 +133,6 @@ def _elsewhere(found: Sequence[Candidate]) -> list[Candidate]:
     return [v for v in voltages if np.nanmedian(np.abs(v.rows[none])) > _A_VOLTAGE * np.nanmax(np.abs(v.rows))]
 
 
-def _measured(column: Column) -> str:
-    return f'{column.ref} varies: taken as a force that was measured; where an end hangs free, that is its load'
-
-
 def _unscaled(column: Column) -> str:
     meaning = column.meaning
     if meaning.kind == 'strain':
@@ -152,7 +146,10 @@ def _drafted(each: Candidate, length: float | None, way: Warmth, path: Path) -> 
     kind, ref = each.column.meaning.kind, each.column.ref
     if each.channel != 'displacement':
         unit, note = _unit(each, path)
-        return DraftColumn(each.channel, ref, unit), [note] if note else []
+        notes = [note] if note else []
+        if each.channel == 'force' and kind == 'load':
+            notes.append(f'{ref} varies: taken as a force that was measured; where an end hangs free, that is its load')
+        return DraftColumn(each.channel, ref, unit), notes
     if kind == 'strain' and length is not None and each.column.meaning.raw:
         raw = each.column.meaning.raw
         unit, note, scale = 'm', f'{ref} is in {raw} of {1e3 * length:g} mm', length / (1.0 if raw in RATIOS else 100.0)
