@@ -8,6 +8,7 @@ import subprocess
 import sys
 import zipfile
 from dataclasses import fields
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from xml.etree import ElementTree
@@ -111,16 +112,28 @@ def setup_py():
     return json.loads(done.stdout)
 
 
+@cache
+def parsed(path):
+    """A file of Python, parsed once for all tests."""
+    return ast.parse(path.read_text(encoding='utf-8'))
+
+
+@cache
+def walked(tree):
+    """Every node of it, likewise."""
+    return tuple(ast.walk(tree))
+
+
 def modules():
     """(dotted name, parsed source) of every module of the package."""
     for path in sorted(PACKAGE.rglob('*.py')):
         parts = path.relative_to(ROOT).with_suffix('').parts
-        yield '.'.join(parts).removesuffix('.__init__'), ast.parse(path.read_text(encoding='utf-8'))
+        yield '.'.join(parts).removesuffix('.__init__'), parsed(path)
 
 
 def imported(name, tree, *, is_package):
     """Full dotted names that a module imports, relative ones resolved."""
-    for node in ast.walk(tree):
+    for node in walked(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -232,7 +245,7 @@ def test_the_diagnosis_knows_no_effect_by_its_name():
         f'{name}:{node.lineno}: {node.value}'
         for name, tree in modules()
         if room(name) == 'diagnosis'
-        for node in ast.walk(tree)
+        for node in walked(tree)
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.partition('.')[0] in EFFECTS
     ]
     imported_by_name = [
@@ -263,7 +276,7 @@ def test_the_diagnosis_knows_no_parameter_column_or_channel_by_its_name():
     for name, tree in modules():
         if room(name) != 'diagnosis':
             continue
-        for node in ast.walk(tree):
+        for node in walked(tree):
             literal = isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in names
             if literal or (isinstance(node, ast.Attribute) and node.attr in names - parameters):
                 named.setdefault(name.removeprefix('tcp_muscle_ros.diagnosis.'), []).append(node.lineno)
@@ -290,7 +303,7 @@ def test_functions_are_read_in_one_go():
         f'{path.relative_to(ROOT)}:{node.lineno}: {node.name} has {lines} lines'
         for folder in (PACKAGE, ROOT / 'proof')
         for path in sorted(folder.rglob('*.py'))
-        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+        for node in walked(parsed(path))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         for lines in [node.end_lineno - node.lineno + 1]
         if lines > LONGEST_FUNCTION

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
+from tcp_muscle_ros.diagnosis.answer.handed_on import handed_on
 from tcp_muscle_ros.diagnosis.answer.replaying import own_of, replay
 from tcp_muscle_ros.diagnosis.fitting.as_assumed import as_assumed
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
@@ -30,7 +30,7 @@ def found(effect, values, *loads):
 def test_a_power_that_two_loads_do_not_tell_is_as_assumed_and_foretells_a_third():
     chosen, muscle = found('load_stroke', {'load_stroke.b': 1.0}, 0.3, 0.588)
     assert chosen.best.muscle['load_stroke.n'] != 1.0
-    handed = improved_muscle(chosen)
+    handed = handed_on(chosen)[0]
     assert handed['load_stroke.n'] == 1.0
     further = experiment(CHANNELS, 0.25, 1.1, 9, muscle=muscle)
     assert replay(further, handed, own=own_of(further, handed))['displacement'].rmse < 1e-4

@@ -8,7 +8,7 @@ from diagnosis.made import NOMINAL, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.doubtful import explained, named_only_if_explained, named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
-from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
+from tcp_muscle_ros.diagnosis.answer.handed_on import handed_on
 from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_doubtful, on_leads
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
@@ -125,13 +125,13 @@ def test_a_law_where_the_listed_effect_acts_bends_its_form_and_is_handed_on_not_
     found = with_bent_form(named)
     assert found.chosen == named.chosen
     assert found.final is named.final
-    handed = improved_muscle(found)
+    handed = handed_on(found)[0]
     assert handed.effects == ('natural_convection', 'free_conductance')
     assert on_bent_form(found)[0].startswith('the listed form of natural convection is not quite that of this muscle')
     unseen = experiment(CHANNELS, 0.25, 0.45, 7, muscle=bent)
     misses = [
         float(np.sqrt(np.mean((unseen.observed['temperature'].value - unseen.predict(m)['temperature']) ** 2)))
-        for m in (improved_muscle(named), handed)
+        for m in (handed_on(named)[0], handed)
     ]
     assert misses[1] < 0.8 * misses[0]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment, shown_with
 
-from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle
+from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, handed_on
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, own, sound
 from tcp_muscle_ros.diagnosis.search.selection import select
@@ -32,7 +32,7 @@ def test_a_first_stroke_comes_in_the_first_recording_or_in_each(once):
     runs = [experiment(CHANNELS, current, 0.588, k, muscle=muscle) for k, (current, muscle) in enumerate(made)]
     found = found_in(runs)
     assert [c.effect for c in found.chosen] == ['first_cycle']
-    muscle = improved_muscle(found)
+    muscle = handed_on(found)[0]
     assert muscle[COURSE] == float(once)
     assert muscle['first_cycle.a'] == pytest.approx(0.004, rel=0.3)
     # Handed on is the muscle after the last recording: the hottest was the first.

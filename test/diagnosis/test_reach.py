@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 from proof.reach import LEFT, PLACES, missed
 from proof.written import Written, case_of, unseen
 from tcp_muscle_ros.commands.domain import Domain
-from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
+from tcp_muscle_ros.diagnosis.answer.handed_on import handed_on
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search.free_laws import with_free_law
 from tcp_muscle_ros.diagnosis.search.selection import select
@@ -26,7 +26,7 @@ LAWS = {'free_conductance': Written('square', 'loss', 0.0, -0.12)}
 
 
 @pytest.fixture(scope='module', params=list(LAWS))
-def handed_on(request, tmp_path_factory):
+def handed(request, tmp_path_factory):
     """The law, the muscles by how they were made, and what each misses, by place."""
     folder, effect = tmp_path_factory.mktemp('reach'), request.param
     case = case_of(LAWS[effect], 5)
@@ -35,8 +35,8 @@ def handed_on(request, tmp_path_factory):
     muscles = {}
     for way, muscle in (
         ('recalibration', listed.calibrated.muscle),
-        ('listed', improved_muscle(listed)),
-        ('improved', improved_muscle(found)),
+        ('listed', handed_on(listed)[0]),
+        ('improved', handed_on(found)[0]),
     ):
         path = folder / f'{way}.yaml'
         write(path, muscle)
@@ -54,8 +54,8 @@ def closed(misses, way, place):
 
 
 @pytest.mark.slow
-def test_within_the_range_it_predicts_and_beyond_it_is_not_worse_than_recalibration(handed_on):
-    effect, muscles, _, misses = handed_on
+def test_within_the_range_it_predicts_and_beyond_it_is_not_worse_than_recalibration(handed):
+    effect, muscles, _, misses = handed
     assert effect in muscles['improved'].effects
     for place in PLACES:
         assert misses['recalibration'][place][0] > LEFT, 'there is a gap'
@@ -66,9 +66,9 @@ def test_within_the_range_it_predicts_and_beyond_it_is_not_worse_than_recalibrat
 
 
 @pytest.mark.slow
-def test_beyond_its_table_it_goes_on_in_a_straight_line_and_says_so(handed_on):
+def test_beyond_its_table_it_goes_on_in_a_straight_line_and_says_so(handed):
     """A knot far beyond, on that line, changes nothing but that the table reaches there."""
-    effect, muscles, runs, misses = handed_on
+    effect, muscles, runs, misses = handed
     improved = muscles['improved']
     at, value = (np.array(improved.column(f'{effect}.{name}')) for name in ('at', 'value'))
     assert misses['improved']['within'][1] == 0.0

@@ -3,7 +3,7 @@
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.answer.handed_on import improved_muscle
+from tcp_muscle_ros.diagnosis.answer.handed_on import handed_on
 from tcp_muscle_ros.diagnosis.answer.replaying import as_given, own_of, replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.search import second_start
@@ -33,7 +33,7 @@ def test_what_a_recording_begins_with_is_its_own_and_the_law_is_found_beside_it(
     assert [states(found.final)[k] for k in range(3)] == [pytest.approx(start, abs=0.15) for start in AT_THE_START]
     assert found.final.muscle['creep.J'] == pytest.approx(0.3, rel=0.15)
     # The next one probably begins as those after the first did; what it begins with is fitted to it.
-    muscle = improved_muscle(found)
+    muscle = handed_on(found)[0]
     assert muscle['creep.start'] == pytest.approx(-0.8, abs=0.15)
     further = experiment(CHANNELS, 0.24, 0.588, 9, muscle=CREEPING.replace({'creep.start': 0.3}))
     own = own_of(further, muscle)
@@ -48,7 +48,7 @@ def test_of_a_muscle_that_has_rested_no_state_is_fitted():
     found = found_in((0.0, 0.0, 0.0))
     assert [c.effect for c in found.chosen] == ['creep']
     assert not states(found.final)
-    assert improved_muscle(found)['creep.start'] == 0.0
+    assert handed_on(found)[0]['creep.start'] == 0.0
 
 
 def test_a_second_start_after_which_no_work_is_left_does_not_count_for_nothing_holds_it_against_rivals(monkeypatch):

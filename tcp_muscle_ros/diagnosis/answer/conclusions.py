@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Value,
 )
 from tcp_muscle_ros.diagnosis.answer.free_curve import found_law
-from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, improved_muscle, of_form, rig_of
+from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, handed_on, of_form
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.known import known_of
 from tcp_muscle_ros.diagnosis.answer.next_experiment import LEAST_CHANCE, propose
@@ -292,7 +292,7 @@ def conclude(
         Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
     )
     experiments = selection.final.problem.followed
-    improved, ages = improved_muscle(selection), ages_of(selection.final.problem)
+    (improved, used), ages = handed_on(selection), ages_of(selection.final.problem)
     return Diagnosis(
         headline=headline(verdict, findings, location, errors, remains, said_of_runs(runs)),
         verdict=verdict,
@@ -311,7 +311,7 @@ def conclude(
         nominal=nominal,
         improved=improved,
         ages=ages,
-        rig=beside(rig, rig_of(selection.final)),
+        rig=beside(rig, used),
         drive=tuple((e.imposed.kind, e.imposed.time, e.imposed.drive) for e in experiments),
         series=_series(selection, nominal),
         notes=(*every_note(selection, remains, untried, runs, rests), *on_age(improved, ages)),

@@ -26,14 +26,23 @@ _HARDLY = 0.01  # of what is left of a channel: what it hardly knows
 _STEP = 0.7  # of the same: all else follows a stiffness that is moved by a factor of two
 
 
-def improved_muscle(selection: Selection) -> Parameters:
+def handed_on(selection: Selection) -> tuple[Parameters, Rig]:
+    """The improved muscle and the rig that it was recorded on, of one fit.
+
+    The heat loss and the gain of an ammeter may each be one of many that fit: only together they foretell anything.
+    """
+    fitted = foretelling(as_assumed(selection.best), selection.calibrated)
+    return _improved(selection, fitted), _rig(selection.best, fitted.muscle)
+
+
+def _improved(selection: Selection, fitted: Fit) -> Parameters:
     """The muscle with its calibrated parameters and physics, as old as it is after the last recording.
 
     What belongs to the sensors goes to the rig. Circumstances stay in the report: a room that drifted, or a draught, in
     these recordings does so otherwise in the next. Of slips at their own instants it keeps the mean.
     """
     final = selection.best
-    muscle = as_it_begins(now(foretelling(as_assumed(final), selection.calibrated)), final)
+    muscle = as_it_begins(now(fitted), final)
     own = {u.name.split('.')[0] for u in final.problem.unknowns if u.each_has}
     physics = [e for e in muscle.effects if EFFECTS[e].of_muscle and e not in own]
     leakage = leakage_of(selection)
@@ -161,20 +170,20 @@ def _age(problem: Problem, recording: int) -> dict[str, float]:
     return {name: muscle[name] for name in problem.ages}
 
 
-def rig_of(fitted: Fit) -> Rig:
-    """What the instruments do, as far as it is the same in all recordings, and what the rig was seen to do."""
+def _rig(fitted: Fit, muscle: Parameters) -> Rig:
+    """What the instruments do, as far as it is the same in all recordings, and what the rig was seen to do: the values
+    are those of ``muscle``, as uncertain as the fit leaves them."""
     found: dict[str, Quantity] = {}
     for k, u in enumerate(fitted.problem.unknowns):
         if u.recording is None and '.' in u.name and (u.name in BY_EFFECT or _makes_late(u.name)):
-            value = u.from_fit(float(fitted.z[k]))
-            low, high = fitted.interval(k)
+            value, (low, high) = muscle[u.name], fitted.interval(k)
             found[u.name] = Quantity(value, min(low, value), max(high, value))
     shared = {name.partition('.')[0] for name in found}
     for name in BY_EFFECT:  # what is chosen and not fitted has no interval
         if SPECIFICATIONS[name].choices and name.partition('.')[0] in shared:
-            value = fitted.problem.parameters[name]
+            value = muscle[name]
             found[name] = Quantity(value, value, value)
-    late = taken_out(fitted.muscle, fitted.problem.model)[1] if any(_makes_late(name) for name in found) else None
+    late = taken_out(muscle, fitted.problem.model)[1] if any(_makes_late(name) for name in found) else None
     return from_effects(found, late.channel if late else '', limits_seen(fitted.problem.experiments))
 
 
