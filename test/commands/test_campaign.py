@@ -136,7 +136,7 @@ def test_the_summary_has_every_run_with_the_parameters_of_its_muscle(campaign):
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_is_done_is_not_done_again_unless_its_inputs_changed(campaign, bags):
     path, output, _ = campaign
     before = times(output)
@@ -259,7 +259,7 @@ def caught(worker, output):
     return int(draft.partition('-')[0].removeprefix('run_'))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_process_that_is_killed_costs_its_run_and_ctrl_c_keeps_the_rest(bags):
     runs = [f'{{name: run_{k}, bags: [bag_{k % 2}]}}' for k in range(30)]
     output = bags / 'killed'

@@ -74,7 +74,7 @@ def test_one_channel_less_is_no_other_verdict(diagnose, missing):
     assert missing not in report['fit']
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_loads_that_nobody_stated_are_no_physics(diagnose):
     made = [bags.without('load')(*bags.sound(load)) for load in (0.5884, 0.981)]
     code, report = diagnose(*made)

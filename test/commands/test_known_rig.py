@@ -52,6 +52,7 @@ def diagnosed(lab, output, *options):
     return json.loads((lab / output / 'report.json').read_text())
 
 
+@pytest.mark.long
 def test_a_lag_that_is_known_is_no_finding_and_stays_in_rig_yaml_alone(lab):
     unknown = diagnosed(lab, 'unknown')
     assert 'thermocouple_lag' in [f['effect'] for f in unknown['findings']]
@@ -127,6 +128,7 @@ def test_no_person_is_asked_to_hang_a_load_for_one_step_among_many(by_person):
     assert all(at_one) == by_person
 
 
+@pytest.mark.long
 def test_a_muscle_that_was_held_is_held_in_the_next_experiment(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     lagging = MUSCLE.with_effects('thermocouple_lag').replace({'thermocouple_lag.tau': 0.6})

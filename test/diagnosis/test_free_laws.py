@@ -96,6 +96,7 @@ def warmed():
     )
 
 
+@pytest.mark.long
 def test_a_law_of_the_state_takes_the_place_of_a_room_that_it_beats(warmed):
     plain = selected(warmed, ['ambient_drift', 'airflow', *LISTED])
     assert [c.definition.circumstance for c in plain.chosen] == [True]
@@ -104,6 +105,7 @@ def test_a_law_of_the_state_takes_the_place_of_a_room_that_it_beats(warmed):
     assert found.final.muscle['free_surroundings.tau'] == pytest.approx(60.0, rel=0.2)
 
 
+@pytest.mark.long
 def test_a_room_that_drifts_by_itself_keeps_its_name():
     drifts = TRUE.with_effects('ambient_drift').replace({'ambient_drift.a': 2.0, 'ambient_drift.b': 0.5})
     found = selected(drifts, ['ambient_drift', *LISTED])
@@ -193,6 +195,7 @@ def beside_convection(effect, **values):
     return selected(two, ['natural_convection', *LISTED, *({effect} - set(LISTED))])
 
 
+@pytest.mark.long
 def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes():
     found = beside_convection('friction', Ff=0.0025)
     assert len(found.chosen) == 2
@@ -206,6 +209,7 @@ def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes
     assert said.endswith('was found too, but is more likely absent than there (probability 0.20): it is not named')
 
 
+@pytest.mark.long
 def test_a_weaker_effect_without_which_most_is_missed_stays_and_is_judged_by_what_it_then_explains():
     found = beside_convection('friction')
     first, weaker = found.chosen
@@ -216,6 +220,7 @@ def test_a_weaker_effect_without_which_most_is_missed_stays_and_is_judged_by_wha
     assert left.doubtful == ()
 
 
+@pytest.mark.long
 def test_an_end_that_turns_steadily_is_as_doubtful_as_any_other_beside_what_is_there():
     """Sudden slips are seen one by one, and stay; of a steady leak that is an effect like others, they tell nothing."""
     leaks = {'natural_convection.n': 0.3, 'torsional_leakage.r': 4e-4}

@@ -135,6 +135,7 @@ def made_by(rise):
     return found_law(found, law)
 
 
+@pytest.mark.long
 def test_a_law_of_a_form_is_said_in_words_and_how_far_the_catalogue_is():
     law = made_by(lambda at: 0.6 * ((at - 296.15) / 67.0) ** 2)
     assert law.in_words.form == 'square'

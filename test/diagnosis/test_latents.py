@@ -137,6 +137,7 @@ def test_latents_belong_to_the_experiments_one_each(fitted):
         fitted.problem.with_latents([Latent()])
 
 
+@pytest.mark.long
 def test_a_diagnosis_leaves_its_recordings_as_they_were(monkeypatch):
     """Of a muscle whose stroke grows with its load."""
     muscle = TRUE.with_effects('load_stroke')

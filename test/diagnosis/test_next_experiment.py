@@ -103,6 +103,7 @@ def test_what_an_effect_has_for_each_recording_by_itself_it_has_anew(late):
     assert separation(drifting, Under(with_drift(bare, 1e-5, own=False), planned)) > 1e4
 
 
+@pytest.mark.long
 def test_what_flows_is_told_from_an_end_that_turns_at_other_loads_but_not_surely(monkeypatch):
     """Both grow with the load: the experiment is the right one, and its promise is no greater than it is;
     adapted to the two it promises more."""

@@ -42,7 +42,7 @@ def test_no_physics_is_found_where_none_is_concealed(diagnosed):
     assert found.unexplained is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_laser_that_is_late_is_no_second_node(diagnosed):
     """The suites' own decoy is a late thermometer."""
 
@@ -54,7 +54,7 @@ def test_a_laser_that_is_late_is_no_second_node(diagnosed):
     assert found.findings[0].parameters['channel'].value == 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_thermometer_that_is_off_by_another_amount_each_time_is_a_sensor(diagnosed):
     found = diagnosed(54, 'decoy', 'temperature_offset', 11, 'varied')
     assert [f.effect for f in found.findings] == ['temperature_offset']
@@ -67,7 +67,7 @@ def test_a_thermometer_that_shows_the_current_is_no_second_node(diagnosed):
     assert 'pickup_k_per_a' in found.rig.instruments['temperature']
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_resistance_that_bends_with_the_current_is_a_contact_that_it_lowers(diagnosed):
     """And not one that is read late, which it resembles."""
     found = diagnosed(101, 'unlisted', 'varistor', 701)
@@ -150,7 +150,7 @@ def test_slips_that_a_swing_hides_show_once_it_is_found(tmp_path):
     assert len(found.problem.slips) >= 4
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_draught_keeps_its_name_where_runs_of_one_protocol_differ(tmp_path):
     """A law of the muscle's state bends to a swinging fan, and would have the same in both runs of the protocol."""
     case = make_case('varied', 9301, 27, 'single', 'airflow')

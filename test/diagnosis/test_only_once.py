@@ -43,6 +43,7 @@ def test_a_first_stroke_comes_in_the_first_recording_or_in_each(once):
     )
 
 
+@pytest.mark.long
 def test_a_law_that_is_bent_to_its_ends_is_the_sensor_in_its_place():
     """A first stroke at the least warming, and as slow as it may be, is a course in time."""
     runs = [

@@ -68,7 +68,7 @@ def warming(seed):
     return 1.5 * (-1.0) ** seed * TIME / TIME[-1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(('goes', 'named'), [(wandering, ()), (warming, ('ambient_drift',))])
 def test_a_room_that_nobody_read_is_named_where_it_goes_farther_than_rooms_do(goes, named):
     runs = []

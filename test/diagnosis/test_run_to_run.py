@@ -122,6 +122,7 @@ def test_what_each_recording_has_for_itself_is_listed_and_the_muscle_has_the_mea
     assert fitted.muscle['B'] == pytest.approx(mean)
 
 
+@pytest.mark.long
 def test_the_verdict_on_runs_that_differ_is_that_they_do_and_no_physics_is_named(specimens):
     found, (repeated,) = diagnose(specimens, NOMINAL), between_runs(specimens).values()
     assert found.verdict == 'not_repeatable' and found.findings == ()
@@ -161,7 +162,7 @@ def test_that_no_run_repeats_another_is_noted_only_where_something_is_unexplaine
     assert on_unrepeated(None, None) == ()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize('repeated', [False, True])
 def test_recordings_that_leave_something_unexplained_say_whether_one_repeats_another(repeated):
     made = [run(0.7, course=0.1), run(0.7 if repeated else 0.5, course=0.1, seed=0 if repeated else 1)]

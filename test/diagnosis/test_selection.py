@@ -503,6 +503,7 @@ def test_what_a_law_explains_nearly_all_of_did_not_leap(softened, left, has):
     assert not _has_the_steps(SimpleNamespace(**{**vars(found), 'chosen': ()}), leapt)
 
 
+@pytest.mark.long
 def test_what_a_companion_leaves_nothing_to_explain_stood_in_its_place():
     """A lag is the simpler name for a delay that it nearly follows. Beside it, whatever its form may miss, the delay is
     found; with the delay there is no lag."""
@@ -530,6 +531,7 @@ def test_a_draught_that_begins_equally_long_after_each_switch_is_none(softened, 
     assert follows_the_drive(rival) == alike
 
 
+@pytest.mark.long
 def test_what_the_data_admit_in_the_place_of_a_named_effect_is_not_named_beside_it(monkeypatch):
     """Radiation, which these recordings hardly tell from moisture that dries: its form leaves some of that."""
     muscle = TRUE.with_effects('radiation')

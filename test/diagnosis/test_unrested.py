@@ -51,6 +51,7 @@ def test_of_a_muscle_that_has_rested_no_state_is_fitted():
     assert handed_on(found)[0]['creep.start'] == 0.0
 
 
+@pytest.mark.long
 def test_a_second_start_after_which_no_work_is_left_does_not_count_for_nothing_holds_it_against_rivals(monkeypatch):
     best = second_start._best_start
 

@@ -333,6 +333,7 @@ def test_a_joint_stops_while_a_muscle_does_not_take_its_current_and_goes_on_when
     assert [node.end(2) for node in nodes] == [0, 0]
 
 
+@pytest.mark.long
 @pytest.mark.processes
 def test_a_joint_takes_a_stiffness_instead_of_a_co_contraction(bench):
     """By the temperatures and tensions that the muscles then have; whichever of both was asked for last counts."""

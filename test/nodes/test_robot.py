@@ -86,6 +86,7 @@ def test_it_goes_where_it_is_told_is_seen_and_ends_without_current(bench):
     assert nodes[0].end(2) == 0, nodes[0].said()
 
 
+@pytest.mark.long
 def test_a_setpoint_beyond_the_ball_is_said_not_to_be_reached_and_the_documents_is(bench):
     file = ['--params-file', str(FINGER)]
     nodes = [bench.start(name, 'finger', *file) for name in ('sim_node', 'controller_node')]

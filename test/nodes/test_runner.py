@@ -264,6 +264,7 @@ def test_a_commander_without_a_name_is_waited_for_since_it_may_be_this_run_itsel
     bench.node.destroy_subscription(takes)
 
 
+@pytest.mark.long
 def test_in_lockstep_a_run_gives_the_bag_that_offline_gives(bench, tmp_path):
     """What is commanded by a tick flows from the next: the bag is one tick longer at its beginning."""
     sim = bench.start('sim_node', 'hurried', real_time_factor=0.0, lockstep_nodes=1)

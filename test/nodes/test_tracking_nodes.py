@@ -42,6 +42,7 @@ def assert_settles(step, factor, overshoot):
 
 # Half a minute. Other steps, a sine, steps of the load and twenty muscles that are not the model are followed without
 # processes in test_tracking.py; test_lockstep.py holds the nodes' loop against that one, bit for bit.
+@pytest.mark.long
 def test_heats_as_fast_as_the_muscle_can_and_releases_as_fast_as_it_cools(tmp_path):
     limit, target = 0.27, 0.040
     heated = REST + study.full_current_time(MODEL, limit, target) + 7.0

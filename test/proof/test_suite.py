@@ -79,6 +79,7 @@ def test_every_kind_of_case_can_be_drawn_with_third_and_fourth_forms(suite, form
     assert 0.0 < visibility(case, signals_of(case))[0]['likeness'] <= 1.0
 
 
+@pytest.mark.long
 def test_a_seed_gives_the_same_bags_and_labels_again(suite, tmp_path):
     directory, labels = suite
     again = tmp_path / 'again'
