@@ -11,7 +11,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values, conclude, summaries, weighed
 from tcp_muscle_ros.diagnosis.answer.doubtful import named_only_if_explained, named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, NotTestable
-from tcp_muscle_ros.diagnosis.answer.handed_on import limits_seen
+from tcp_muscle_ros.diagnosis.answer.handed_on import stated_rig
 from tcp_muscle_ros.diagnosis.answer.repeating import beyond_what_differs, left_unexplained, run_to_run
 from tcp_muscle_ros.diagnosis.fitting import switching
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, calibrate, in_turn
@@ -106,6 +106,8 @@ class _Work:
         start = time.monotonic()
         # What the muscle's own numbers may follow has no name; how runs repeat and where they differ can be said.
         untried = skipped(self.experiments) if fixed else dict.fromkeys(self.model.listed, why)
+        if self.rig:
+            untried |= dict.fromkeys(self.rig.effects & set(self.model.listed), 'known by --rig')
         testable = [e for e in self.model.listed if e not in untried]
         self.selection = self._selected(self.calibration, testable)
         if self._switched(self.selection.final):  # beside effects that hid it
@@ -205,7 +207,7 @@ class _Work:
             improved=fitted.muscle if fitted else self.nominal,
             known=self.calibration.known if self.calibration else None,
             calibrated=fitted.muscle if fitted else None,
-            rig=beside(self.rig, Rig(limits=limits_seen(self.experiments))),
+            rig=beside(self.rig, stated_rig(fitted.muscle if fitted else self.nominal, self.experiments)),
             partial=partial,
             seconds=self.seconds,
         )

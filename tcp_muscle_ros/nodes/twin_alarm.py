@@ -17,6 +17,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.bag_writer import write_recording
 from tcp_muscle_ros.recording.recording import Channel, Recording
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read, write
+from tcp_muscle_ros.settings.rig import Rig, read_rig
 
 _LOWEST_PRIORITY = 19
 
@@ -76,7 +77,7 @@ class Alarm:
             self.busy = False
             return
         command = [sys.executable, '-m', 'tcp_muscle_ros.tool', 'diagnose', str(bag), '--params', str(params)]
-        if self._rig:  # what is known of the instruments is not to be found, nor adopted
+        if self._rig:  # what is known of the instruments is not to be found
             command += ['--rig', self._rig]
         with (self.folder / 'diagnosis.txt').open('wb') as said:
             self._process = subprocess.Popen(
@@ -119,6 +120,15 @@ class Alarm:
             return read(self.model) if self.model.is_file() else None
         except BadInput as error:
             self._say(f'no model to adopt: {error}')
+            return None
+
+    def rig(self) -> Rig | None:
+        """What the instruments do, as far as it was known and the diagnosis found; None where it found no muscle."""
+        path = self.report / 'rig.yaml'
+        try:
+            return read_rig(path) if path.is_file() else None
+        except BadInput as error:
+            self._say(f'the instruments are taken as they were: {error}')
             return None
 
     def end(self) -> None:

@@ -43,7 +43,7 @@ from tcp_muscle_ros.nodes.twin_hearing import HEARD, Heard, Hearing
 from tcp_muscle_ros.settings import intervals
 from tcp_muscle_ros.settings.operating import DEFAULT_SET, OPERATING, TWIN, TWIN_NODE
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read
-from tcp_muscle_ros.settings.rig import on_rig, read_rig
+from tcp_muscle_ros.settings.rig import Rig, on_rig, read_rig
 
 PREDICTED = CHANNELS[:3]
 _SETTLES = 1.0  # s, in which the state is estimated before the model starts from it
@@ -72,7 +72,7 @@ class TwinNode(DeclaredNode):
         self._ambient: float | None = None  # K, measured; none: each model has that in which it was found
         model = on_rig(self._file.parameters, self._rig)
         self._twin = Twin(
-            self._predictor(self._file, model, self._variants(self._settings['params_file'], self._file)),
+            self._predictor(self._file, model, self._variants(self._settings['params_file'], self._file, self._rig)),
             1.0 / self._rate,
             trial=float(self._settings['trial_s']),
         )
@@ -116,10 +116,10 @@ class TwinNode(DeclaredNode):
 
     # Models
 
-    def _variants(self, path: str, found: ParameterFile) -> list[Parameters]:
+    def _variants(self, path: str, found: ParameterFile, rig: Rig | None) -> list[Parameters]:
         """What the muscle of a file might be as well; none where nothing is beside the file, or it is no file."""
         drawn = intervals.variants(path, found.parameters) if path and Path(path).is_file() else None
-        return [on_rig(one, self._rig) for one in (drawn or {}).values()][:_VARIANTS]
+        return [on_rig(one, rig) for one in (drawn or {}).values()][:_VARIANTS]
 
     def _predictor(
         self, found: ParameterFile, model: Parameters, variants: Sequence[Parameters] = (), source: str = ''
@@ -332,9 +332,11 @@ class TwinNode(DeclaredNode):
         if found is None:
             return
         self._tell('the diagnosed model runs beside the present one, and replaces it where it predicts better')
-        model, source = on_rig(found.parameters, self._rig), str(alarm.model.resolve())
+        # The muscle as it was found shows what was recorded on the rig as it was found.
+        rig = alarm.rig() or self._rig
+        model, source = on_rig(found.parameters, rig), str(alarm.model.resolve())
         try:
-            variants = self._variants(source, found)
+            variants = self._variants(source, found, rig)
         except BadInput as error:
             self._tell(f'the diagnosed model is taken to be exact: {error}')
             variants = []

@@ -19,6 +19,7 @@ Intervals are those of 90 %.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import isclose
 from pathlib import Path
 from typing import Any
 
@@ -161,23 +162,35 @@ class Rig:
                 values[row.effect] = (quantity.inverse() if row.inverse else quantity).value
         if late:
             values |= {'clock_skew.channel': float(DELAYED.index(late[0]))}
-            values = {'clock_skew.d': 0.0, 'clock_skew.r': 0.0, **values}
-        return values
+        # What is left out of an instrument shows the truth, whatever is usual of the effect.
+        effects = [EFFECTS[name] for name in sorted({name.partition('.')[0] for name in values})]
+        true = {
+            f'{e.name}.{p.name}': e.none if p.name == e.strength else p.value for e in effects for p in e.parameters
+        }
+        return {**true, **values}
+
+    @property
+    def effects(self) -> set[str]:
+        """The effects of its instruments."""
+        return {name.partition('.')[0] for name in self.sensor_effects()}
 
 
 def on_rig(muscle: Parameters, rig: Rig | None) -> Parameters:
     """The muscle with the effects of a rig's instruments: the model then shows what this rig shows."""
-    values = rig.sensor_effects() if rig else {}
-    names = {name.partition('.')[0] for name in values}
-    return muscle.with_effects(*names).replace(values) if names else muscle
+    return muscle.with_effects(*sorted(rig.effects)).replace(rig.sensor_effects()) if rig else muscle
 
 
 def beside(known: Rig | None, found: Rig) -> Rig:
-    """What is known of a rig with what was found of it: of its instruments both, of its limits what is known."""
+    """What is known of a rig with what was found of it: of its instruments both, of its limits what is known.
+
+    What was taken as known and not fitted keeps its interval.
+    """
     if known is None:
         return found
     channels = {**known.instruments, **found.instruments}
     both = {c: {**known.instruments.get(c, {}), **found.instruments.get(c, {})} for c in channels}
+    for channel, given in known.instruments.items():
+        both[channel] |= {key: q for key, q in given.items() if isclose(both[channel][key].value, q.value)}
     return Rig(both, known.limits)
 
 

@@ -59,6 +59,7 @@ def test_a_lag_that_is_known_is_no_finding_and_stays_in_rig_yaml_alone(lab):
     known = diagnosed(lab, 'known', '--rig', str(lab / 'rig.yaml'))
     assert known['findings'] == [] and known['verdict'] == 'wrong_parameters'
     assert known['fit']['temperature']['rmse_calibrated'] < 0.5 * unknown['fit']['temperature']['rmse_calibrated']
+    assert {'effect': 'thermocouple_lag', 'why': 'known by --rig'} in known['not_testable']
     handed_on = read_rig(lab / 'known' / 'rig.yaml')
     assert handed_on.instruments['temperature']['lag_s'].value == 2.5
     assert handed_on.limits == read_rig(lab / 'rig.yaml').limits

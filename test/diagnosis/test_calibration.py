@@ -121,6 +121,10 @@ def test_parameters_of_single_runs_are_kept_apart():
     calibration = calibrate(runs, NOMINAL, separate=('B',))
     gains = {e.recording: e.value for e in calibration.estimates if e.name == 'B'}
     assert gains[1] / gains[0] == pytest.approx(1.1 / 1.45, rel=0.02)
+    # A further run has a gain of its own, of which no more is known than how these differ.
+    k = [u.name for u in calibration.known.unknowns].index('B')
+    differ = np.var(np.log(list(gains.values())), ddof=1)
+    assert differ < calibration.known.covariance[k, k] < 1.5 * differ
 
 
 def test_gaps_and_channels_of_their_own_stamps_are_no_trouble():

@@ -9,6 +9,7 @@ from report.diagnoses import match
 
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, foretelling, handed_on
 from tcp_muscle_ros.diagnosis.answer.improved import with_replay
+from tcp_muscle_ros.diagnosis.answer.known import known_of
 from tcp_muscle_ros.diagnosis.answer.replaying import as_given, own_of, replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise, with_noise
@@ -18,8 +19,11 @@ from tcp_muscle_ros.diagnosis.search.candidates import screen
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.recording.recording import UNDATED_NS, Channel, Recording
+from tcp_muscle_ros.report.intervals_file import write_intervals
 from tcp_muscle_ros.settings.ages import Age
-from tcp_muscle_ros.settings.rig import on_rig, read_rig, render_rig
+from tcp_muscle_ros.settings.intervals import path_beside, variants
+from tcp_muscle_ros.settings.parameter_file import write
+from tcp_muscle_ros.settings.rig import Quantity, on_rig, read_rig, render_rig
 
 CHANNELS = ('temperature', 'resistance', 'displacement')
 
@@ -97,8 +101,31 @@ def test_an_ammeter_that_is_off_beside_an_ohmmeter_goes_to_the_rig_with_how_the_
     muscle = on_rig(handed_on(found)[0], rig)
     # Beside an ohmmeter nothing tells the heat loss from the gain: it is as assumed again, and the gain goes along.
     assert muscle['hA'] == pytest.approx(NOMINAL['hA'], rel=1e-3)
-    for name, missed in replay(further, muscle, own=own_of(further, muscle)).items():
+    own = own_of(further, muscle)
+    for name, missed in replay(further, muscle, own=own).items():
         assert missed.rmse < 1.5 * NOISE[name], name
+    # Each by itself could be anything; on this rig the muscle is known, and so is what it will show.
+    known = known_of(found, handed_on(found)[0])
+    loss = next(e for e in known.estimates if e.name == 'hA')
+    assert not loss.fixed and loss.high > 1.5 * loss.low
+    path = tmp_path / 'improved.yaml'
+    write(path, handed_on(found)[0])
+    write_intervals(path_beside(path), known)
+    might_be = {k: on_rig(one, rig) for k, one in variants(path, handed_on(found)[0]).items()}
+    for name, shown in replay(further, muscle, might_be, own).items():
+        assert np.max(shown.high - shown.low) < 4.0 * NOISE[name], name
+
+
+def test_a_sensor_that_the_parameter_file_states_goes_to_the_rig_and_a_current_may_flow_either_way():
+    stated = {'thermocouple_lag.tau': 4.0}
+    slow, nominal = (muscle.replace(stated).with_effects('thermocouple_lag') for muscle in (TRUE, NOMINAL))
+    runs = [experiment(CHANNELS, current, 0.588, k, muscle=slow) for k, current in enumerate((-0.27, 0.24))]
+    muscle, rig = handed_on(select(in_turn(calibrate(runs, nominal).fit), []))
+    assert muscle.effects == ()
+    assert rig.instruments == {'temperature': {'lag_s': Quantity(4.0, 4.0, 4.0)}}
+    assert rig.limits.largest_current == pytest.approx(0.27)
+    missed = replay(runs[0], on_rig(muscle, rig), own=own_of(runs[0], on_rig(muscle, rig)))
+    assert missed['temperature'].rmse < 1.2 * NOISE['temperature']
 
 
 def test_a_room_that_drifted_stays_in_the_report():

@@ -1,11 +1,13 @@
 """Sudden slips, put into recordings of the independent truth generator in which nothing else is concealed."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from diagnosis.truth import recordings
 
+from tcp_muscle_ros.diagnosis.answer.improvement import fitted_without
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.slips import leapt, mean_leakage, slipped
@@ -59,6 +61,8 @@ def test_slips_are_found_with_their_instants_and_sizes_and_nothing_else_is_moved
         low, high = calibrated.interval(k, 3.0)
         assert low <= unknown.from_fit(float(found.z[k])) <= high, unknown.name
     assert_foretells_what_slipped(found, sum(slip.size for slip in slips))
+    two = SimpleNamespace(chosen=('torsional_leakage', 'creep'), final=found, leapt=None)
+    assert fitted_without(two, 'torsional_leakage').problem.slips == ()
 
 
 def assert_foretells_what_slipped(found, whole):

@@ -108,7 +108,7 @@ def test_an_alarm_of_before_the_clock_was_set_back_is_raised_anew(twin):
 class Diagnosed:
     """In place of a diagnosis: it ends at once, with this model (None: without a report)."""
 
-    def __init__(self, monkeypatch, model, beside=None, **operating):
+    def __init__(self, monkeypatch, model, beside=None, instruments='{}', **operating):
         self.params, self.bags = [], []  # what it was given, one entry a diagnosis
 
         def begun(command, **_):
@@ -121,6 +121,7 @@ class Diagnosed:
                 report.mkdir()
                 (report / 'report.json').write_text('{"headline": "found"}')
                 write(report / 'improved.yaml', model, operating=operating)
+                (report / 'rig.yaml').write_text(f'instruments: {instruments}')
             if beside is not None:
                 path_beside(report / 'improved.yaml').write_text(beside)
             return SimpleNamespace(pid=os.getpid(), poll=lambda: 0, returncode=0 if model is not None else 1)
@@ -209,6 +210,24 @@ def test_an_adopted_model_is_as_uncertain_as_the_diagnosis_says(twin, monkeypatc
     assert len(drawn) == (0 if exact else 8)
     assert exact or 0.003 < np.std(drawn) / WORN['R0'] < 0.03
     assert any('taken to be exact' in sentence for sentence in said) == (beside == 'damaged')
+
+
+@pytest.mark.parametrize('twin', [ADOPTING], indirect=True)
+@pytest.mark.parametrize(
+    ('instruments', 'effects'), [('{temperature: {lag_s: 2.0}}', ('thermocouple_lag',)), ('{thermometer: {}}', ())]
+)
+def test_an_adopted_model_shows_what_the_rig_shows_that_it_was_found_on(twin, monkeypatch, instruments, effects):
+    said = []
+    monkeypatch.setattr(twin, '_tell', said.append)
+    Diagnosed(monkeypatch, WORN, json.dumps(KNOWN), instruments)
+    for when in RUN:
+        twin._take(heard(when))
+    differs(twin, twin._then)
+    goes_on(twin, 4)
+    adopts(twin)
+    predictor = twin._twin.predictor
+    assert {one.effects for one in (predictor.model, *predictor.variants)} == {effects}
+    assert any("unknown key 'thermometer'" in sentence for sentence in said) == (not effects)
 
 
 def not_adopted(twin):

@@ -4,7 +4,17 @@ import pytest
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
-from tcp_muscle_ros.settings.rig import INSTRUMENTS, Quantity, Rig, RigLimits, from_effects, read_rig, render_rig
+from tcp_muscle_ros.settings.rig import (
+    INSTRUMENTS,
+    Quantity,
+    Rig,
+    RigLimits,
+    beside,
+    from_effects,
+    on_rig,
+    read_rig,
+    render_rig,
+)
 
 
 def written(tmp_path, text):
@@ -24,7 +34,13 @@ def test_a_file_says_what_instruments_do_and_what_the_rig_can_do(tmp_path):
     )
     assert rig.instruments['temperature']['lag_s'] == Quantity(1.2, 1.0, 1.5)
     assert rig.limits == RigLimits(0.2, 373.15, (0.3, 0.6), by_person=False, held_end=True)
-    assert rig.sensor_effects() == {'thermocouple_lag.tau': 1.2, 'thermocouple_gain.g': 0.96, 'current_gain.g': 1.25}
+    assert rig.sensor_effects() == {
+        'thermocouple_lag.tau': 1.2,
+        'thermocouple_gain.g': 0.96,
+        'current_gain.g': 1.25,
+        'current_gain.z': 0.0,
+        'current_gain.ohms': 0.0,
+    }
 
 
 def test_an_empty_file_of_limits_is_a_rig_without_faults_and_with_the_usual_limits(tmp_path):
@@ -80,6 +96,20 @@ def test_every_sensor_effect_that_an_instrument_can_be_is_a_key_and_comes_back()
         from_effects({'creep.J': Quantity(1.0, 1.0, 1.0)})
     effects = {row.effect.partition('.')[0] for rows in INSTRUMENTS.values() for row in rows.values() if row.effect}
     assert effects == {name for name, one in EFFECTS.items() if one.stage == 'sensor'} - {'displacement_drift'}
+
+
+@pytest.mark.parametrize('left', ['offset_a: 0.002', 'ohms_apart: 1'])
+def test_what_is_left_out_of_an_instrument_shows_the_truth(tmp_path, left):
+    rig = read_rig(written(tmp_path, f'instruments: {{current: {{{left}}}}}\n'))
+    muscle = on_rig(Parameters.named('karami_tadesse_2017').replace({'current_gain.g': 0.9}), rig)
+    assert 'current_gain' in muscle.effects and muscle['current_gain.g'] == 1.0
+
+
+def test_what_was_known_and_not_fitted_keeps_its_interval():
+    known = Rig({'temperature': {'lag_s': Quantity(2.0, 1.0, 3.0), 'gain': Quantity(0.9, 0.8, 1.0)}})
+    found = Rig({'temperature': {'lag_s': Quantity(2.0, 2.0, 2.0), 'gain': Quantity(0.95, 0.94, 0.96)}})
+    both = beside(known, found).instruments['temperature']
+    assert both == {'lag_s': Quantity(2.0, 1.0, 3.0), 'gain': Quantity(0.95, 0.94, 0.96)}
 
 
 def test_two_late_clocks_are_more_than_the_model_has():

@@ -1,6 +1,6 @@
 """What a selection hands on for use: the muscle as it is now, how old it was before, and what its instruments do."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,10 +42,10 @@ def _improved(selection: Selection, fitted: Fit) -> Parameters:
     these recordings does so otherwise in the next. Of slips at their own instants it keeps the mean.
     """
     final = selection.best
-    muscle = as_it_begins(now(fitted), final)
+    muscle = as_it_begins(now(fitted), fitted)
     own = {u.name.split('.')[0] for u in final.problem.unknowns if u.each_has}
     physics = [e for e in muscle.effects if EFFECTS[e].of_muscle and e not in own]
-    leakage = leakage_of(selection)
+    leakage = leakage_of(selection, fitted)
     if leakage is None:
         return muscle.only_effects(physics)
     roles = final.problem.model.roles
@@ -54,9 +54,9 @@ def _improved(selection: Selection, fitted: Fit) -> Parameters:
     )
 
 
-def leakage_of(selection: Selection) -> slips.Leakage | None:
+def leakage_of(selection: Selection, fitted: Fit) -> slips.Leakage | None:
     """The mean of slips at their own instants, where such were found and have a name."""
-    return slips.mean_leakage(selection.best) if selection.leapt is None else None
+    return slips.mean_leakage(fitted) if selection.leapt is None else None
 
 
 def foretelling(final: Fit, calibrated: Fit) -> Fit:
@@ -173,29 +173,43 @@ def _age(problem: Problem, recording: int) -> dict[str, float]:
 def _rig(fitted: Fit, muscle: Parameters) -> Rig:
     """What the instruments do, as far as it is the same in all recordings, and what the rig was seen to do: the values
     are those of ``muscle``, as uncertain as the fit leaves them."""
-    found: dict[str, Quantity] = {}
-    for k, u in enumerate(fitted.problem.unknowns):
-        if u.recording is None and '.' in u.name and (u.name in BY_EFFECT or _makes_late(u.name)):
+    unknowns = fitted.problem.unknowns
+    own = {u.name.partition('.')[0] for u in unknowns if u.each_has}
+    found = _stated(muscle.only_effects(set(muscle.effects) - own))
+    for k, u in enumerate(unknowns):
+        if u.recording is None and _of_instrument(u.name):
             value, (low, high) = muscle[u.name], fitted.interval(k)
             found[u.name] = Quantity(value, min(low, value), max(high, value))
-    shared = {name.partition('.')[0] for name in found}
-    for name in BY_EFFECT:  # what is chosen and not fitted has no interval
-        if SPECIFICATIONS[name].choices and name.partition('.')[0] in shared:
-            value = muscle[name]
-            found[name] = Quantity(value, value, value)
-    late = taken_out(muscle, fitted.problem.model)[1] if any(_makes_late(name) for name in found) else None
-    return from_effects(found, late.channel if late else '', limits_seen(fitted.problem.experiments))
+    return _of(muscle, found, fitted.problem.experiments)
 
 
-def _makes_late(parameter: str) -> bool:
-    """Whether a parameter is of the effect that makes one channel late."""
-    return EFFECTS[parameter.partition('.')[0]].late is not None
+def stated_rig(muscle: Parameters, experiments: Sequence[Experiment]) -> Rig:
+    """What the effects of sensors that are on in a muscle say of its rig, and what the rig was seen to do."""
+    return _of(muscle, _stated(muscle), experiments)
+
+
+def _of(muscle: Parameters, found: Mapping[str, Quantity], experiments: Sequence[Experiment]) -> Rig:
+    late = taken_out(muscle, experiments[0].model)[1]
+    return from_effects(found, late.channel if late else '', limits_seen(experiments))
+
+
+def _stated(muscle: Parameters) -> dict[str, Quantity]:
+    """By parameter, without intervals."""
+    names = [name for name in SPECIFICATIONS if name.partition('.')[0] in muscle.effects and _of_instrument(name)]
+    return {name: Quantity(muscle[name], muscle[name], muscle[name]) for name in names}
+
+
+def _of_instrument(parameter: str) -> bool:
+    """Whether a parameter is what a key of an instrument says: its own, or the delay and the pace of a late channel."""
+    effect, _, name = parameter.partition('.')
+    late = EFFECTS[effect].late if name else None
+    return parameter in BY_EFFECT or (late is not None and name in late[:2])
 
 
 def limits_seen(experiments: Sequence[Experiment]) -> RigLimits:
     """The largest current, the loads and the longest run that were seen."""
     usual = RigLimits()
-    currents = [float(np.max(e.imposed.drive)) for e in experiments if e.imposed.kind == 'current']
+    currents = [float(np.max(np.abs(e.imposed.drive))) for e in experiments if e.imposed.kind == 'current']
     hanging = [e.imposed.load for e in experiments if e.holding.hangs]
     loads = {round(float(load), 4) for hung in hanging for load in np.unique(hung)}
     if len(loads) > _HUNG:  # a load cell's readings, and no weights that were hung

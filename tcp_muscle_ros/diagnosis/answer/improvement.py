@@ -75,9 +75,8 @@ def own_improvement(selection: Selection, effect: str) -> dict[str, Change]:
     Without it all else is fitted anew, as it would be if nobody had thought of it.
     """
     final = selection.final
-    sudden = effect == final.problem.model.roles.slips and effect not in final.problem.parameters.effects
-    without = slips.taken_out(final) if sudden else fitted_without(selection, effect)
-    changed = {slip.channel for slip in final.problem.slips} if sudden else None
+    without = fitted_without(selection, effect)
+    changed = {slip.channel for slip in final.problem.slips} if _at_instants(final, effect) else None
     before = of_samples(final, held_out(without, selection.kept_back).rmse())
     after = of_samples(final, selection.after.rmse())
     channels = (changed_by(final, effect) if changed is None else changed) or set(after)
@@ -88,12 +87,19 @@ def fitted_without(selection: Selection, effect: str) -> Fit:
     """The fit without one of the effects that were chosen, all else fitted anew."""
     if len(selection.chosen) == 1 and selection.leapt is None:
         return selection.calibrated
+    if _at_instants(selection.final, effect):
+        return slips.taken_out(selection.final)
     fitted = (
         draught.without_course(selection.final)
         if effect in selection.final.problem.model.roles.inferred
         else selection.final
     )
     return shrink(fitted, effect)
+
+
+def _at_instants(fitted: Fit, effect: str) -> bool:
+    """Whether an effect is in a fit as slips at instants of their own, and not as the flow that it is in the mean."""
+    return effect == fitted.problem.model.roles.slips and effect not in fitted.problem.parameters.effects
 
 
 def certainty(effect: str, values: Mapping[str, Value]) -> float:

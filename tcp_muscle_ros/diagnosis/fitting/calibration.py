@@ -78,10 +78,8 @@ class Calibration:
     @property
     def known(self) -> Known:
         """How well it is known."""
-        unknowns = self.fit.problem.unknowns
-        shared = [k for k, u in enumerate(unknowns) if u.recording is None]
-        mine = self.fit.covariance[np.ix_(shared, shared)]
-        return Known((*self.estimates, *self.combinations), tuple(unknowns[k] for k in shared), mine)
+        unknowns, covariance = in_one(self.fit, self.fit.covariance)
+        return Known((*self.estimates, *self.combinations), tuple(unknowns), covariance)
 
     def rmse(self) -> dict[str, list[float]]:
         """Root mean square misfit (SI) of single samples by channel, one entry a recording (nan where it was not
@@ -130,6 +128,27 @@ def calibrate(
     problem = fitted.problem
     found = estimates(problem.model, problem.unknowns, fitted.z, fitted.covariance)
     return Calibration(fitted, tuple(found), tuple(_combinations(fitted)))
+
+
+def in_one(fitted: Fit, covariance: Array) -> tuple[list[Unknown], Array]:
+    """What a muscle has for all recordings, and its covariance, for a further recording of it.
+
+    A parameter that each recording has for itself is the mean of these, as unsure as they differ beside that. What is
+    of single recordings only is in none.
+    """
+    unknowns, z = fitted.problem.unknowns, fitted.z
+    own = {name for name in fitted.problem.model.specifications if '.' not in name}
+    members: dict[str, list[int]] = {}
+    for k, u in enumerate(unknowns):
+        if u.recording is None or u.name in own:
+            members.setdefault(u.name, []).append(k)
+    mean = np.zeros((len(members), len(unknowns)))
+    differs = np.zeros(len(members))
+    for row, mine in enumerate(members.values()):
+        mean[row, mine] = 1.0 / len(mine)
+        differs[row] = np.var(z[mine], ddof=1) if len(mine) > 1 else 0.0
+    found = [replace(unknowns[mine[0]], recording=None) for mine in members.values()]
+    return found, mean @ covariance @ mean.T + np.diag(differs)
 
 
 def _begun_twice(fitted: Fit, fitting: Callable[..., Fit]) -> Fit:
