@@ -45,6 +45,11 @@ class Handover:
         for one in self._all():
             one.reset()
 
+    def carry(self, fibre: float) -> None:
+        """Begin at least so warm (K), as ``TrackingController.carry``."""
+        for one in self._all():
+            one.carry(fibre)
+
     def _all(self) -> list[TrackingController]:
         return list(dict.fromkeys(one for one in (self._own, self._active, self._leaving) if one is not None))
 

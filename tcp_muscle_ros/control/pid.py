@@ -11,12 +11,12 @@ class Pid:
         ki: A/(m s).
         kd: A s/m.
         period: s.
-        filter_time: s, of the derivative.
+        filter_time: s, of the derivative; 0 = none.
     """
 
     def __init__(self, kp: float, ki: float, kd: float, period: float, filter_time: float) -> None:
         self._kp, self._ki, self._kd, self._period = kp, ki, kd, period
-        self._keep = exp(-period / filter_time)
+        self._keep = exp(-period / filter_time) if filter_time > 0.0 else 0.0
         self.reset()
 
     def reset(self) -> None:

@@ -105,6 +105,7 @@ class TrackingController:
         self._follow = -expm1(-period / _LEARNT_AGO)
         self._muscle = Muscle(model, load=load, ambient=ambient)
         self._stepped = self._seeded = False
+        self._carried: float | None = None  # K
         self._R0, self._a_R, self._T0 = model['R0'], model['a_R'], model['T0']
         self._slope = Slope(period)
         self._pid = Pid(
@@ -122,6 +123,11 @@ class TrackingController:
         self._observer.started = False
         self._pid.reset()
         self._slope.reset()
+
+    def carry(self, fibre: float) -> None:
+        """Begin at least so warm (K), by another controller's prediction: what has flowed has heated the muscle,
+        whatever the first measurement says."""
+        self._carried = fibre
 
     def take_over(self, other: 'TrackingController') -> None:
         """Go on with what of another controller has nothing to do with its model."""
@@ -202,8 +208,9 @@ class TrackingController:
     def _predict(self, flowed: float, measured: float | None, temperature: float | None) -> None:
         """The model from the current alone. It starts from what the first measurement says."""
         first = temperature if temperature is not None else measured
-        if first is not None and not self._seeded:
-            self._muscle.reset(min(max(first, _COLDEST), _HOTTEST))
+        known = [value for value in (first, None if self._stepped else self._carried) if value is not None]
+        if known and not self._seeded:
+            self._muscle.reset(min(max(*known, _COLDEST), _HOTTEST))
             reading = self._muscle.reading(0.0, load=self._load, ambient=self._ambient)
             self._seeded = True
         elif not self._stepped:

@@ -12,7 +12,7 @@ from std_msgs.msg import Float64
 from tcp_muscle_ros.control.antagonist import FREE, Antagonist, Hold, Side
 from tcp_muscle_ros.control.gravity import Gravity
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle
+from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, other_model
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import number
@@ -26,7 +26,7 @@ _PATIENCE = 10.0  # s; from cold, a muscle is at its limit for nearly as long on
 
 def _side(settings: Settings) -> Side:
     return Side(
-        model=settings.muscle(),
+        model=other_model(settings) or settings.muscle(),  # by which its controller aims too
         mounted_load=settings['load_n'],
         current_limit=settings['current_limit_a'],
         temperature_limit=settings.kelvin('derate_temperature_c'),
@@ -54,6 +54,9 @@ class ControlledJoint:
         self._idle = 'no setpoint yet'  # why its muscles are told nothing; '' while they are
         self._short = ''  # said of a setpoint that is not reached
         self._short_since: float | None = None
+        self._settings = settings
+        self._cocontraction: float = settings['cocontraction_n']
+        self._stiffness: float | None = None
         self.apply(settings)
         # What is still to be compiled is compiled before the first tick.
         self._control.update(0.0, 0.0, 0.0, (0.0, 0.0), (agonist.ambient, antagonist.ambient), stiffness=0.0)
@@ -66,10 +69,10 @@ class ControlledJoint:
         node.listen(Float64, f'{name}/stiffness_setpoint', self._take_stiffness, COMMAND_QOS)
 
     def apply(self, settings: Settings) -> None:
-        """Take over values, of the joint or of its muscles."""
+        """Take over values, of the joint or of its muscles; what came by topic stays, unless it was set."""
+        if settings['cocontraction_n'] != self._settings['cocontraction_n']:
+            self._cocontraction, self._stiffness = settings['cocontraction_n'], None
         self._settings = settings
-        self._cocontraction: float = settings['cocontraction_n']
-        self._stiffness: float | None = None
         agonist, antagonist = self._pair
         self._control = Antagonist(
             _side(agonist.settings),
@@ -81,9 +84,7 @@ class ControlledJoint:
 
     def renew(self) -> None:
         """One of its muscles has other values."""
-        wanted = self._cocontraction, self._stiffness
         self.apply(self._settings)
-        self._cocontraction, self._stiffness = wanted
 
     def turns(self, muscle: ControlledMuscle) -> bool:
         """Whether it is one of the two."""

@@ -13,6 +13,7 @@ from tcp_muscle_ros.control.inverse import Inverse
 from tcp_muscle_ros.control.safety import Limits, State
 from tcp_muscle_ros.control.tracking import Command, TrackingController
 from tcp_muscle_ros.control.watches import ASKED, CurrentWatch, FeedbackWatch
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.muscle.family import not_stated
 from tcp_muscle_ros.nodes.home import ControlHome
@@ -25,6 +26,7 @@ from tcp_muscle_ros.settings.parameter_file import read
 _FINE = {'displacement': 2e-5, 'resistance': 2e-3}  # m, ohm: 20 um of movement, or what it changes the resistance by
 _RELEASED = 1e-3  # m, by which a muscle that is let go may stay above its setpoint in a room that is a little warmer
 _UNIT = {'displacement': 'm', 'resistance': 'ohm'}
+_THERMOMETER = 3.0  # s, for which a reading counts: usual readers give one to four a second
 _HOTTEST_READING = 1000.0  # degC; more is a broken thermometer rather than a hot muscle
 
 
@@ -35,7 +37,11 @@ def check_model(settings: Settings) -> None:
     """Read ``model_file`` where one is named. BadInput."""
     path = settings['model_file']
     if path:
-        _models[path] = read(path).parameters
+        try:
+            _models[path] = read(path).parameters
+        except BadInput:
+            if path not in _models:  # one that was read stays in force: a limit can be lowered without its file
+                raise
 
 
 def other_model(settings: Settings) -> Parameters | None:
@@ -121,6 +127,7 @@ class ControlledMuscle(SafeMuscle):
         self.partner_refuses = ''  # the same, but it is asked
         self._taking = CurrentWatch()
         self._command: Command | None = None
+        self._fibre: float | None = None  # K, by the model from what has flowed; None before the first command
         self._lost = 'no feedback yet'
         self._controller = make_handover(settings)
         self._watch = FeedbackWatch('angle' if on_joint else self._feedback, 0.0, 0.0)
@@ -273,7 +280,10 @@ class ControlledMuscle(SafeMuscle):
         return 'reset: waiting for a setpoint'
 
     def _begin_anew(self) -> None:
+        """Another controller: nothing learnt, but the muscle is as hot as it was."""
         self._controller = make_handover(self.settings)
+        if self._fibre is not None:
+            self._controller.carry(self._fibre)
         self._command = None
         self._watch.expect_anew()
 
@@ -281,30 +291,34 @@ class ControlledMuscle(SafeMuscle):
 
     def work(self, dt: float, now: float, publish: bool) -> None:
         """Ask the controller, then the safety machine, and publish what remains."""
-        temperature = self._temperature.fresh(now, self._watch.timeout)
+        temperature = self._temperature.fresh(now, max(self._watch.timeout, _THERMOMETER))
         self._taking.update(now, self.safety.current, self._current.fresh(now, self._watch.timeout))
-        lost, self._lost = self._lost, self._problem(now)
-        if lost and not self._lost:
-            self._begin_anew()  # nobody saw what the muscle did meanwhile
-        if self._setpoint is not None and self._watch.value is not None:
-            self._command = self._controller.update(
-                self._setpoint,
-                temperature=temperature,
-                load=self._load,
-                ambient=self._ambient,
-                applied_current=self._flowing(now),
-                **self._measurement(),
-            )
-            if self._lost or not self.safety.state.lets_flow:
-                self._controller.reset()
-            self.safety.command(self._probe() if self._lost else self._command.current, now)
+        self._lost = self._problem(now)
+        if self._watch.value is not None and (self._setpoint is not None or self._fibre is not None):
+            self._decide(now, temperature)
         elif self._probe() > 0.0:
             self.safety.command(self._probe(), now)
-        model = None if self._command is None else self._command.predicted_temperature
         silent = '' if self._setpoint is None or self._probe() > 0.0 else self._lost
-        current = self.safety.update(now, dt, temperatures=(temperature, model), silent=silent)
+        current = self.safety.update(now, dt, temperatures=(temperature, self._fibre), silent=silent)
         if publish:
             self._publish(current)
+
+    def _decide(self, now: float, temperature: float | None) -> None:
+        """Ask the controller. Without a setpoint it only says how hot the muscle is by what has flowed."""
+        command = self._controller.update(
+            0.0 if self._setpoint is None else self._setpoint,
+            temperature=temperature,
+            load=self._load,
+            ambient=self._ambient,
+            applied_current=self._flowing(now),
+            **self._measurement(),
+        )
+        self._fibre = command.predicted_temperature
+        if self._lost or self._setpoint is None or not self.safety.state.lets_flow:
+            self._controller.reset()  # nobody sees what the muscle does meanwhile; the model's heat goes on
+        if self._setpoint is not None:
+            self._command = command
+            self.safety.command(self._probe() if self._lost else command.current, now)
 
     def _problem(self, now: float) -> str:
         """Why nothing may be built on the feedback; '' where it is alive."""

@@ -289,6 +289,8 @@ class Runner:
             try:
                 for due, drive, load in zip(when, drives, loads, strict=True):
                     self._wait(begun + due)
+                    if self._over():
+                        break
                     if load != load_now:
                         self._load.send(load)
                         load_now = load
@@ -304,8 +306,6 @@ class Runner:
                             supervisor.end(f'{other} commands this muscle too')
                     if recorded.failure is not None:
                         raise recorded.failure
-                    if self._over():
-                        break
                 else:
                     self._wait(begun + float(part.time[-1]))
             finally:

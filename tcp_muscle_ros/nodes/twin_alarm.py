@@ -122,11 +122,15 @@ class Alarm:
             self._say(f'no model to adopt: {error}')
             return None
 
+    @property
+    def rig_file(self) -> Path:
+        """Where it says what the instruments do."""
+        return self.report / 'rig.yaml'
+
     def rig(self) -> Rig | None:
         """What the instruments do, as far as it was known and the diagnosis found; None where it found no muscle."""
-        path = self.report / 'rig.yaml'
         try:
-            return read_rig(path) if path.is_file() else None
+            return read_rig(self.rig_file) if self.rig_file.is_file() else None
         except BadInput as error:
             self._say(f'the instruments are taken as they were: {error}')
             return None

@@ -76,12 +76,13 @@ class TwinNode(DeclaredNode):
             1.0 / self._rate,
             trial=float(self._settings['trial_s']),
         )
-        self._found: dict[str, ParameterFile] = {}  # by its path, what a diagnosis found and the twin may have in use
+        # By the path of a model that the twin may have in use: what a diagnosis found, and its rig's file.
+        self._found: dict[str, tuple[ParameterFile, str]] = {}
         self._controller = Believing(self, self._settings['adopting_controller'], self._tell)
         self._estimate = Estimate(model, 1.0 / self._rate, self._load)
         self._memory = Memory(HEARD, round(self._settings['keep_s'] * self._rate))
         self._current: float | None = None
-        self._then = self._heard_since = 0.0
+        self._then = self._heard_since = self._current_since = 0.0
         self._follows_since: float | None = None  # none: the state is still being estimated
         self._alarms = 0
         self._alarm: Alarm | None = None
@@ -202,6 +203,10 @@ class TwinNode(DeclaredNode):
         self._ambient = values.get('ambient', self._ambient)
         self._memory.add(heard.time, [values.get(name, np.nan) for name in HEARD])
         flowed, self._current = self._current, values.get('current', self._current)
+        if 'current' in values or dt < 0.0:
+            self._current_since = heard.time
+        elif heard.time - self._current_since > self._longest_step:  # what flows nobody says any more
+            self._current = None
         measured = {name: values[name] for name in CHANNELS if name in values}
         if flowed is None or not 0.0 < dt <= self._longest_step:
             self._lose(heard.time)
@@ -237,7 +242,7 @@ class TwinNode(DeclaredNode):
         while twin.events:
             self._tell(twin.events.pop(0))
         if twin.predictor.model is not self._estimate.model:  # a worn wire's resistance is another temperature's
-            self._estimate = Estimate(twin.predictor.model, 1.0 / self._rate, self._load)
+            self._estimate = Estimate(twin.predictor.model, 1.0 / self._rate, self._file.number('load_n'))
         idle = self._alarm is None or not (self._alarm.busy or twin.on_trial)
         if idle and twin.difference is not self._difference:
             self._difference, self._alarm, self._diagnose_at, self._diagnoses = twin.difference, None, None, 0
@@ -252,8 +257,8 @@ class TwinNode(DeclaredNode):
         if self._settings['auto_diagnose']:
             self._diagnose_at = self._then + self._settings['collect_s']
             self._diagnoses += 1
-        used = self._found.get(self._twin.predictor.source, self._file)
-        folder, rig = Path(self._settings['report_folder']), self._settings['rig_file']
+        used, rig = self._found.get(self._twin.predictor.source, (self._file, self._settings['rig_file']))
+        folder = Path(self._settings['report_folder'])
         return Alarm(folder, used.parameters, used.operating, self._tell, rig)
 
     def _diagnose_anew(self) -> None:
@@ -334,6 +339,7 @@ class TwinNode(DeclaredNode):
         self._tell('the diagnosed model runs beside the present one, and replaces it where it predicts better')
         # The muscle as it was found shows what was recorded on the rig as it was found.
         rig = alarm.rig() or self._rig
+        of_rig = str(alarm.rig_file) if rig is not self._rig else self._settings['rig_file']
         model, source = on_rig(found.parameters, rig), str(alarm.model.resolve())
         try:
             variants = self._variants(source, found, rig)
@@ -343,7 +349,7 @@ class TwinNode(DeclaredNode):
         predictor = self._predictor(found, model, variants, source)
         with self._lock:
             self._twin.propose(predictor, self._then)
-            self._found[source] = found
+            self._found[source] = found, of_rig
             self._found = {known: file for known, file in self._found.items() if known in self._twin.sources}
 
     def _tell(self, sentence: str) -> None:

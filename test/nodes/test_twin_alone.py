@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.twin import Difference, State
-from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle import Muscle, Parameters
 from tcp_muscle_ros.nodes import twin_alarm
 from tcp_muscle_ros.nodes.twin_alarm import save
 from tcp_muscle_ros.nodes.twin_hearing import Heard
@@ -190,6 +190,39 @@ def test_after_an_adoption_the_state_is_estimated_with_the_adopted_model(twin, m
     assert twin._twin.predictor.fibre_temperature == pytest.approx(WORN['T0'], abs=0.5)
 
 
+def shown(muscle, flows, when, pull, **more):
+    """What a muscle shows that is driven for a hundredth of a second, without noise."""
+    reading = muscle.step(0.01, flows, load=pull)
+    names = ('temperature', 'resistance', 'displacement')
+    return Heard(when, {**{name: getattr(reading, name) for name in names}, **more})
+
+
+def test_a_current_that_is_heard_no_more_is_not_taken_to_flow_for_ever(twin):
+    muscle = Muscle(twin._file.parameters, load=twin._file.number('load_n'), ambient=296.15)
+    for k in range(2000):
+        twin._take(shown(muscle, 0.2, 1000.0 + 0.01 * k, None, current=0.2))
+    assert twin._follows_since is not None
+    for k in range(2000, 4000):  # its driver is dead, and the muscle cools
+        twin._take(shown(muscle, 0.0, 1000.0 + 0.01 * k, None))
+        twin._notice()
+    assert twin._follows_since is None and twin._alarms == 0
+
+
+def test_after_an_adoption_under_another_load_the_state_is_estimated_with_the_zero_of_the_first(twin):
+    model = twin._file.parameters
+    muscle = Muscle(model, load=twin._file.number('load_n'), ambient=296.15)
+    adopted = twin._predictor(twin._file, model.replace(hA=model['hA']))
+    for k in range(4000):
+        if k == 1000:
+            twin._twin._use(adopted)
+            twin._twin.start(muscle.reading(0.0).fibre_temperature)
+        # A gap of three seconds, after which it starts from what is measured.
+        twin._take(shown(muscle, 0.2, 1000.0 + 0.01 * k + 3.0 * (k > 2000), 0.3, current=0.2, load=0.3))
+        twin._notice()
+    assert twin._alarms == 0
+    assert twin._twin.predictor.fibre_temperature == pytest.approx(muscle.reading(0.0).fibre_temperature, abs=0.5)
+
+
 KNOWN = {'schema': SCHEMA, 'coordinates': [{'name': 'R0', 'log': True, 'spread': 1.0}], 'covariance': [[1e-4]]}
 
 
@@ -227,6 +260,7 @@ def test_an_adopted_model_shows_what_the_rig_shows_that_it_was_found_on(twin, mo
     adopts(twin)
     predictor = twin._twin.predictor
     assert {one.effects for one in (predictor.model, *predictor.variants)} == {effects}
+    assert (twin._new_alarm()._rig == str(Path(predictor.source).parent / 'rig.yaml')) == bool(effects)
     assert any("unknown key 'thermometer'" in sentence for sentence in said) == (not effects)
 
 

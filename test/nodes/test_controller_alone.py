@@ -1,0 +1,178 @@
+"""The controller's node in this process, with a muscle that it drives tick by tick: what keeps it from burning."""
+
+import os
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+import rclpy
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import Temperature
+from std_msgs.msg import Float64
+
+from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle
+from tcp_muscle_ros.nodes.controller_node import ControllerNode
+from tcp_muscle_ros.nodes.sim_node import SimNode
+from tcp_muscle_ros.settings.parameter_file import write
+
+ANTAGONIST = ('--params-file', 'config/antagonist.yaml', '-p', 'command_timeout_s:=0.0')
+PERIOD = 0.01  # s
+_LEFT = []  # nodes: kept, so that nothing destroys them (see conftest.py)
+
+
+@pytest.fixture
+def begun(request):
+    """ROS with these arguments, and a clock that the test sets."""
+    rclpy.init(args=['--ros-args', *request.param], domain_id=1 + (os.getpid() + 67) % 100)
+    clock = SimpleNamespace(now=0.0)
+
+    def made(kind):
+        node = kind()
+        node.time_base.seconds = lambda: clock.now
+        _LEFT.append(node)
+        return node
+
+    yield made, clock
+    rclpy.try_shutdown()
+
+
+class Driven:
+    """A muscle (``off`` times what the controller believes it to be) and the controller that drives it."""
+
+    def __init__(self, begun, **off):
+        made, self._clock = begun
+        self.node = made(ControllerNode)
+        (self.controlled,) = self.node.muscles
+        model = self.controlled.settings.muscle()
+        model = model.replace({name: factor * model[name] for name, factor in off.items()})
+        self._muscle = Muscle(model, load=self.controlled.settings['load_n'], ambient=23.0 + ZERO_CELSIUS)
+        self.hottest = 0.0  # degC
+
+    def runs(self, seconds, shows, every=1, thermometer=0, current=None):
+        """So long, with a displacement as the sensor ``shows`` it at every so many ticks (0: at none)."""
+        for k in range(round(seconds / PERIOD)):
+            self._clock.now += PERIOD
+            flows = self.controlled.safety.current if current is None else current
+            reading = self._muscle.step(PERIOD, flows)
+            self.hottest = max(self.hottest, reading.fibre_temperature - ZERO_CELSIUS)
+            if every and k % every == 0:
+                self.controlled.take_measurement(shows(reading))
+            if thermometer and k % thermometer == 0:
+                self.controlled._take_temperature(Temperature(temperature=reading.temperature - ZERO_CELSIUS))
+            self.controlled._take_current(Float64(data=flows))
+            self.controlled.work(PERIOD, self._clock.now, True)
+
+
+def tenth(reading):
+    """What a jammed end shows."""
+    return 0.1 * reading.displacement
+
+
+STRONG = ('-p', 'current_limit_a:=0.4')
+
+
+@pytest.mark.parametrize('begun', [STRONG], indirect=True)
+@pytest.mark.parametrize('what', ['gap', 'parameter'])
+def test_what_has_flowed_has_heated_the_muscle_whatever_happens_to_the_feedback(begun, what):
+    """Without a thermometer the model's heat is all that keeps it below 100 degC."""
+    driven = Driven(begun)
+    driven.controlled._setpoint = 0.05
+    driven.runs(60.0, tenth)
+    for k in range(8):
+        if what == 'gap':
+            driven.runs(0.25, tenth, every=0)
+        else:
+            driven.node.set_parameters([Parameter('time_constant_s', value=0.071 + 0.001 * k)])
+        driven.runs(2.0, tenth)
+    assert 95.0 < driven.hottest < 100.5
+
+
+@pytest.mark.parametrize('begun', [STRONG], indirect=True)
+def test_a_sensor_that_is_stuck_and_slower_than_the_timeout_does_not_burn_the_muscle(begun):
+    driven = Driven(begun)
+    driven.controlled._setpoint = 0.05
+    driven.runs(60.0, lambda _: 0.0, every=25)
+    assert driven.hottest < 100.5
+
+
+@pytest.mark.parametrize('begun', [STRONG], indirect=True)
+def test_a_reset_does_not_cool_a_muscle_that_the_model_says_is_too_hot(begun):
+    driven, safety = Driven(begun), None
+    driven.controlled._setpoint, safety = 0.03, driven.controlled.safety
+    while safety.state.value != 'fault':
+        driven.runs(0.1, lambda r: r.displacement, current=0.6)  # the driver gives more than it is asked for
+    driven.controlled.forget()
+    driven.runs(0.1, lambda r: r.displacement, current=0.6)
+    assert 'the cause is still there' in safety.clear_fault()
+    driven.runs(30.0, lambda r: r.displacement)
+    assert safety.clear_fault() == '' and driven.controlled._setpoint is None
+
+
+@pytest.mark.parametrize('begun', [STRONG], indirect=True)
+@pytest.mark.parametrize('every', [50, 100])
+def test_a_thermometer_of_one_reading_a_second_keeps_a_muscle_from_getting_too_hot(begun, every):
+    driven = Driven(begun, hA=0.7, k0=0.9, B=0.7)
+    driven.controlled._setpoint = 0.07
+    driven.runs(60.0, lambda r: r.displacement, thermometer=every)
+    assert 95.0 < driven.hottest < 110.0 and driven.controlled.safety.state.value != 'fault'
+
+
+def turned(controller, simulated, clock, seconds):
+    """The angle that a joint then has."""
+    (joint,) = controller._joints.values()
+    (turns,) = simulated._joints
+    for _ in range(round(seconds / PERIOD)):
+        clock.now += PERIOD
+        simulated.work(0, PERIOD, clock.now, False)
+        joint._take_angle(Float64(data=turns.joint.angle))
+        for muscle, true in zip(controller.muscles, simulated.muscles, strict=True):
+            muscle._take_temperature(Temperature(temperature=true._shown[0] - ZERO_CELSIUS))
+            muscle._take_force(Float64(data=true._shown[3]))
+            muscle._take_current(Float64(data=true.current))
+        controller.work(0, PERIOD, clock.now, False)
+        for muscle, true in zip(controller.muscles, simulated.muscles, strict=True):
+            true.safety.command(muscle.safety.current, clock.now)
+    return turns.joint.angle
+
+
+@pytest.mark.parametrize('begun', [ANTAGONIST], indirect=True)
+def test_a_joint_whose_muscles_have_another_model_goes_to_its_angle(begun, tmp_path):
+    """What turns a length into a warmth and what turns it back are one model: its errors cancel."""
+    made, clock = begun
+    controller, simulated = made(ControllerNode), made(SimNode)
+    (joint,) = controller._joints.values()
+    joint.setpoint = 0.4
+    model = controller.muscles[0].settings.muscle()
+    write(tmp_path / 'other.yaml', model.replace(B=0.8 * model['B'], k0=0.9 * model['k0']))
+    for muscle in controller.muscles:
+        path = Parameter(f'{muscle.name}.model_file', value=str(tmp_path / 'other.yaml'))
+        assert controller.set_parameters([path])[0].successful
+    assert turned(controller, simulated, clock, 90.0) == pytest.approx(0.4, abs=2e-3)
+
+
+@pytest.mark.parametrize('begun', [ANTAGONIST], indirect=True)
+def test_what_came_by_topic_stays_where_another_value_is_set(begun):
+    controller = begun[0](ControllerNode)
+    (joint,) = controller._joints.values()
+    joint._take_cocontraction(Float64(data=0.9))
+    joint._take_stiffness(Float64(data=0.05))
+    controller.set_parameters([Parameter(f'{joint.name}.torque_filter_s', value=0.31)])
+    assert (joint._cocontraction, joint._stiffness) == (0.9, 0.05)
+    controller.set_parameters([Parameter(f'{joint.name}.cocontraction_n', value=0.7)])
+    assert (joint._cocontraction, joint._stiffness) == (0.7, None)
+
+
+@pytest.mark.parametrize('begun', [()], indirect=True)
+def test_a_limit_is_lowered_though_the_file_of_the_model_is_gone_and_no_filter_is_a_filter(begun, tmp_path):
+    controller = begun[0](ControllerNode)
+    (muscle,) = controller.muscles
+    path = tmp_path / 'other.yaml'
+    write(path, muscle.settings.muscle())
+    assert controller.set_parameters([Parameter('model_file', value=str(path))])[0].successful
+    path.unlink()
+    for name, value in (('current_limit_a', 0.05), ('pid_filter_time_s', 0.0), ('mode', 'pid')):
+        assert controller.set_parameters([Parameter(name, value=value)])[0].successful
+    assert muscle.safety.limits.current == 0.05
+    assert not controller.set_parameters([Parameter('model_file', value=str(tmp_path / 'never.yaml'))])[0].successful
