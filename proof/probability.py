@@ -266,8 +266,9 @@ Each finding states a probability: that the effect is there. It is computed from
 behind, how far the strength is from zero, how much of the misfit the effect removes, whether a parameter is at the end
 of its range, and how many recordings there are. The weight of each was fitted to muscles whose physics is known, and
 scaled on muscles with forms of their physics on which nothing was tuned (`config/policy.yaml`, entry `odds`;
-`./scripts/calibrate`). The runs below are of other muscles, which were not used for either. If the probabilities are
-right, nine of ten findings with 0.9 are right.
+`./scripts/calibrate`). The runs below are of other muscles, which were not used for either. They state what the
+weights said when they were diagnosed; [the history](proof_history.md) says when these were scaled. If the
+probabilities are right, nine of ten findings with 0.9 are right.
 
 ![Share of findings that are right, over the probability stated](images/probabilities.png)
 
