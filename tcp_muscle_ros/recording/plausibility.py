@@ -42,6 +42,7 @@ USUAL = {
     'displacement_setpoint': (3e-4, 0.1),
     'force': (0.02, 50.0),
 }
+_NO_CURRENT, _A_VOLTAGE = 0.02, 0.1  # of the largest: no current, and a voltage
 _MANY = 0.02  # share of the samples, and
 _AT_LEAST = 5  # samples
 ROOM = (278.0, 316.0)  # K: of where people work
@@ -64,6 +65,22 @@ def outside(name: str, value: Array) -> Array:
     found = value[(value < low) | (value > high)]
     few = found.size < min(_AT_LEAST, value.size) or found.size < _MANY * value.size
     return found[:0] if few else found
+
+
+def not_across(voltage: Array, current: Array) -> str:
+    """Why a voltage is not that across the muscle, by the currents that were read beside it; '' where it may be.
+
+    A voltmeter that is not connected shows none while a current flows; a supply or a sensor shows one where none flows.
+    Either may be in any unit, and NaN where nothing was read.
+    """
+    known = np.isfinite(voltage) & np.isfinite(current)
+    shown, flowing = np.abs(voltage[known]), np.abs(current[known])
+    if not np.any(shown):
+        return 'it shows no voltage, though a current flows' if np.any(flowing) else ''
+    none = flowing <= _NO_CURRENT * float(np.max(flowing))
+    if np.any(none) and float(np.median(shown[none])) > _A_VOLTAGE * float(np.max(shown)):
+        return 'it shows a voltage where no current flows'
+    return ''
 
 
 def refuse_implausible(recording: Recording, ambient: float | None = None) -> None:

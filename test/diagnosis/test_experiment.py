@@ -340,6 +340,42 @@ def test_where_the_source_holds_a_power_that_is_what_drives():
     assert prepare(held, NOMINAL).imposed.kind == 'current'
 
 
+@pytest.mark.parametrize(
+    ('shown', 'said'),
+    [
+        (np.zeros(TIME.size), 'shows no voltage, though a current flows'),  # a voltmeter that is not connected
+        (np.full(TIME.size, 12.0), 'shows a voltage where no current flows'),  # of the supply
+        (12.0 - 3.0 * (CURRENT > 0.0), 'shows a voltage where no current flows'),
+    ],
+    ids=['none', 'supply', 'supply under load'],
+)
+@pytest.mark.parametrize('step', [1, 20])
+def test_a_voltage_that_is_not_across_the_muscle_neither_drives_it_nor_shows_its_resistance(shown, said, step):
+    noise = np.random.default_rng(4).standard_normal(TIME.size)
+    made = recording(
+        current=(TIME, CURRENT + 1e-3 * noise),
+        voltage=(TIME[::step] + 0.02, shown[::step]),
+        displacement=(TIME, simulate(NOMINAL, TIME, CURRENT).displacement),
+    )
+    experiment = prepare(made, NOMINAL)
+    assert experiment.imposed.kind == 'current' and list(experiment.observed) == ['displacement']
+    assert [note for note in experiment.notes if said in note]
+    assert experiment.fingerprint == made.fingerprint
+
+
+@pytest.mark.parametrize('logged', ['apart', 'where it changes', 'sensing'])
+def test_a_voltage_across_the_muscle_shows_its_resistance_however_the_current_was_logged(logged):
+    current = np.where(CURRENT > 0.0, CURRENT, 0.004 if logged == 'sensing' else 0.0)
+    out = simulate(NOMINAL, TIME, current)
+    at = np.append(0, np.flatnonzero(np.diff(current)) + 1) if logged == 'where it changes' else np.arange(TIME.size)
+    made = recording(
+        current=(TIME[at] - (0.02 if logged == 'apart' else 0.0), current[at]),
+        voltage=(TIME, current * out.resistance),
+        displacement=(TIME, out.displacement),
+    )
+    assert set(prepare(made, NOMINAL).observed) == {'displacement', 'resistance'}
+
+
 def test_a_wattmeter_that_reads_noise_about_zero_heats_nothing_there():
     power = np.where(CURRENT > 0.0, 1.2, 0.0)
     out = simulate(NOMINAL, TIME, power, kind='power', load=np.full(TIME.size, 0.5), starting_load=0.5)

@@ -124,6 +124,17 @@ def test_the_source_holds_what_is_constant_between_steps(constant):
     assert which_is_held(readings) == constant
 
 
+@pytest.mark.parametrize('held', ['current', 'voltage'])
+def test_a_voltage_that_was_logged_more_seldom_changes_more_seldom_whatever_is_held(held):
+    """At 1 Hz beside a current at 20 Hz, as two instruments log them."""
+    resistance = 13.0 + 2.0 * (1.0 - np.exp(-(TIME % 35.0) / 7.0))
+    level = 0.15 + 0.1 * np.sin(TIME / 9.0) if held == 'current' else np.where(TIME % 70.0 < 35.0, 3.0, 0.1)
+    current, voltage = (level, level * resistance) if held == 'current' else (level / resistance, level)
+    power = read(current * voltage, 2e-4 * np.ptp(current * voltage))
+    seldom = Channel('voltage', TIME[::20], read(voltage, 2e-3).value[::20], 'voltage')
+    assert which_is_held([read(current), power, seldom]) == {'current': 0, 'voltage': 2}[held]
+
+
 @pytest.fixture(scope='module')
 def recordings(tmp_path_factory):
     def fine(case):

@@ -353,6 +353,13 @@ def test_a_voltage_where_no_current_flows_is_not_the_muscles(tmp_path, heading):
     assert channel(run, 'voltage').ref.column == heading
 
 
+def test_a_voltmeter_that_shows_nothing_while_a_current_flows_is_left_out_and_said_to_be(tmp_path):
+    rows = [f'{k},{0.2 * (k > 20)},{"" if k == 7 else "0.000"},{23 + k / 10}' for k in range(60)]
+    (run,) = lab_text(tmp_path, 't (s),I (A),U (V),T (degC)', rows=rows)
+    assert [column.channel for column in run.columns] == ['current', 'temperature']
+    assert "'U (V)' is left out: it shows no voltage, though a current flows" in run.notes
+
+
 @pytest.mark.parametrize('heading', ['Pot (V)', 'Vout LVDT (V)', 'Potentiometer (mV)'])
 def test_what_a_displacement_sensor_puts_out_is_no_voltage_of_the_muscle(tmp_path, heading):
     rows = [f'{k},{0.2 * (k > 20)},{2.8 * (k > 20)}' for k in range(60)]

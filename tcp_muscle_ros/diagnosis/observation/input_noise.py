@@ -26,7 +26,7 @@ _SCATTER = 1.5  # of the noise: more about its mean is not constant
 _PARTS, _SURE = 8, 4.0  # of a constant stretch, whose means differ by no more standard deviations
 _WIDTHS = (9, 17, 33, 65, 129, 257)  # samples over which what is not constant is averaged, by cubics
 _AVERAGED = 1.5  # times the noise over the root of that many samples: what is left in the middle of a cubic
-_STEADIER, _DUST = 0.2, 1e-6  # so many fewer changes are no chance; and of the span: no change
+_STEADIER, _DUST = 0.2, 1e-6  # so much smaller a share of changes is no chance; and of the span: no change
 _COARSEST = 0.3  # K, of a thermometer's steps; larger ones are the room's
 _UNSURE = 0.3  # of the noise and the steps, that a smooth course does not tell
 _ALIKE = 3.0  # standard deviations: by more a wider mean differs from a narrower one where the input bends
@@ -96,11 +96,19 @@ def still_air(channel: Channel) -> tuple[Channel, float]:
 
 def which_is_held(candidates: Sequence[Channel]) -> int:
     """Which of several readings of one input the source holds: the first, unless another is constant between its steps
-    where that is not."""
-    quieted = [quiet(channel)[0].value for channel in candidates]
-    levels = [np.count_nonzero(np.abs(np.diff(value)) > _DUST * np.ptp(value)) for value in quieted]
+    where that is not.
+
+    Shares of the samples are compared: a reading that was logged more seldom changes more seldom, whatever it is.
+    """
+    levels = [_share_of_changes(quiet(channel)[0].value) for channel in candidates]
     best = int(np.argmin(levels))
     return best if levels[best] < _STEADIER * levels[0] else 0
+
+
+def _share_of_changes(value: Array) -> float:
+    """From how many of its samples to the next a reading changes, as a share of them."""
+    changed = np.abs(np.diff(value)) > _DUST * np.ptp(value)
+    return float(np.count_nonzero(changed)) / max(value.size - 1, 1)
 
 
 def _quiet(part: Array, sigma: float) -> Array:

@@ -15,6 +15,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.inputs import changes, drive_of, hold, stated_ambient
+from tcp_muscle_ros.recording.plausibility import not_across
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recording, shared
 
 _SELDOM = 0.01  # of the samples: an input that changes no more often is constant between its steps
@@ -36,11 +37,11 @@ def prepare(
     """
     conditions = conditions or Conditions()
     notes: list[str] = list(recording.notes)
-    kind, drive = _source(recording, _drive(recording))
-    observed, steady = _outputs(recording, notes)
+    of_muscle = _without_other_voltage(recording, notes)
+    kind, drive = _source(of_muscle, _drive(of_muscle))
+    observed, steady = _outputs(of_muscle, notes)
     holding, load, used = holding_of(recording, observed, conditions, notes)
-    if used is not None:
-        observed.pop(used, None)
+    observed.pop(used or '', None)
     if not observed:
         raise BadInput(
             f'{recording.path}: nothing to compare: expected at least one of {", ".join(OUTPUTS)} beside {kind}'
@@ -80,6 +81,21 @@ def prepare(
     imposed = Imposed(kind, grid, hold(drive, grid), pull, hold(air, grid), between, lost, unsure, unread)
     experiment = Experiment(recording.path, imposed, holding, blocks, known, tuple(notes), recording.start_ns)
     return replace(experiment, fingerprint=recording.fingerprint)
+
+
+def _without_other_voltage(recording: Recording, notes: list[str]) -> Recording:
+    """The recording without a voltage that is not across the muscle, which would give no power and no resistance; a
+    note says so."""
+    voltage, current = recording.channels.get('voltage'), recording.channels.get('current')
+    if voltage is None or current is None or not len(voltage) or not len(current):
+        return recording
+    # A current may be logged where it changes, or beside the voltage: none flows where both ways to read it say so.
+    flowing = np.maximum(np.abs(hold(current, voltage.time)), np.abs(nearest_reading(current, voltage.time)))
+    why = not_across(voltage.value, flowing)
+    if not why:
+        return recording
+    notes.append(f'the voltage is not that across the muscle and was left out, the current drives: {why}')
+    return replace(recording, channels={name: recording[name] for name in recording if name != 'voltage'})
 
 
 def _drive(recording: Recording) -> Channel:

@@ -10,14 +10,14 @@ from scipy.signal import lfilter
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, number
 from tcp_muscle_ros.recording.lab.columns import Column
-from tcp_muscle_ros.recording.lab.draft import DraftColumn, DraftTime
+from tcp_muscle_ros.recording.lab.draft import ColumnRef, DraftColumn, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Row
 from tcp_muscle_ros.recording.lab.preamble import rest_length
 from tcp_muscle_ros.recording.lab.times import kind_of
 from tcp_muscle_ros.recording.lab.timing import times as times_of
 from tcp_muscle_ros.recording.lab.vocabulary import RATIOS, SHARES
 from tcp_muscle_ros.recording.options import A_MAP
-from tcp_muscle_ros.recording.plausibility import ROOM, USUAL
+from tcp_muscle_ros.recording.plausibility import ROOM, USUAL, not_across
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -31,7 +31,6 @@ _SURE = 0.9  # of a correlation
 _LAGS = (3.0, 8.0, 20.0, 40.0)  # s
 _AWAY = 2.0  # times its span, from which on a position does not begin at its zero
 _APART = 2.0  # rows, by which two clocks come apart
-_NO_CURRENT, _A_VOLTAGE = 0.02, 0.1  # of the largest: no current, and a voltage
 
 
 @dataclass(frozen=True)
@@ -96,8 +95,8 @@ def channels_of(
     notes += [_unscaled(each.column) for each in found if _without_scale(each, length)]
     found = [each for each in found if not _without_scale(each, length)]
     elsewhere = _elsewhere(found)
-    notes += [f'{each.column.ref} is left out: it shows a voltage where no current flows' for each in elsewhere]
-    found = [each for each in found if each not in elsewhere]
+    notes += [f'{ref} is left out: {why}' for ref, why in elsewhere.items()]
+    found = [each for each in found if each.column.ref not in elsewhere]
     clocks = _clocks(columns, time)
     chosen = {
         channel: _chosen(channel, [each for each in found if each.channel == channel], path)
@@ -123,14 +122,13 @@ def _without_scale(each: Candidate, length: float | None) -> bool:
     return bool(raw) and not (each.column.meaning.kind == 'strain' and raw in shares and length is not None)
 
 
-def _elsewhere(found: Sequence[Candidate]) -> list[Candidate]:
-    """The voltages that are not across the muscle: a supply or a sensor shows one where no current flows."""
+def _elsewhere(found: Sequence[Candidate]) -> dict[ColumnRef, str]:
+    """The voltages that are not across the muscle, and why."""
     current = next((each.rows for each in found if each.channel == 'current'), None)
     if current is None:
-        return []
-    none = np.abs(current) <= _NO_CURRENT * float(np.nanmax(np.abs(current)))
-    voltages = [each for each in found if each.channel == 'voltage' and np.any(none & np.isfinite(each.rows))]
-    return [v for v in voltages if np.nanmedian(np.abs(v.rows[none])) > _A_VOLTAGE * np.nanmax(np.abs(v.rows))]
+        return {}
+    voltages = [each for each in found if each.channel == 'voltage']
+    return {each.column.ref: why for each in voltages if (why := not_across(each.rows, current))}
 
 
 def _unscaled(column: Column) -> str:
