@@ -23,7 +23,7 @@ from tcp_muscle_ros.recording.import_map import (
     TimeSource,
 )
 from tcp_muscle_ros.recording.lab.binary_file import KINDS
-from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, clock, day, decimal_of, is_value, number, stamp
+from tcp_muscle_ros.recording.lab.cells import DAY_S, NO_NUMBER, clock, day, decimal_of, is_value, number, stamp
 from tcp_muscle_ros.recording.lab.grid import Layout, Row, joined_headings
 from tcp_muscle_ros.recording.lab.heading_lines import misfit
 from tcp_muscle_ros.recording.lab.reading import grid_of
@@ -216,18 +216,49 @@ def _recording(run: Run, table: _Table) -> Recording:
             table.rows.reverse()  # the newest stood first
         table.drop_repeats(notes)
         time = _time(run.time, table, run.where)
-        began = float(time[np.isfinite(time)][0])
+        began = _first(time)
     channels = {}
     for name, source in run.channels.items():
         own = source.time if isinstance(source, ColumnSource) else None
-        rows = time if own is None else _time(own, table, run.where)
-        at, value = _samples(name, source, table, rows - began, run.where, notes)
+        rows = time - began if own is None else _own_times(name, own, run, table, time, notes)
+        at, value = _samples(name, source, table, rows, run.where, notes)
         if not len(at):
             raise BadInput(f"{table.path}: no number for channel '{name}'; see {run.where}")
         channels[name] = Channel(name, at, value, '/' + CHANNELS[name].topic)
     folders = len(PurePath(run.file).parts)  # as far as the map names them: where the data lie is of no interest
     known: dict[str, object] = {**run.known, 'source_file': '/'.join(table.path.absolute().parts[-folders:])}
     return Recording(str(table.path), channels, UNDATED_NS, known, tuple(notes))
+
+
+def _own_times(name: str, own: TimeSource, run: Run, table: _Table, time: Array, notes: list[str]) -> Array:
+    """The times of a channel that has its own, s from the first of the run's ``time``.
+
+    Two columns of seconds are of one count, two of stamps of one clock: what one began later stays. Where only one of
+    them has dates, or none, they are taken to begin less than half a day apart. Of a count and a stamp nothing tells
+    how far they began apart.
+    """
+    rows = _time(own, table, run.where)
+    if isinstance(own, ColumnSource):
+        return rows - (_first(time) if isinstance(run.time, ColumnSource) else 0.0)
+    if not isinstance(run.time, StampSource):
+        return rows - _first(rows)
+    since = rows - _first(time)
+    if _is_dated(own) and _is_dated(run.time):
+        return since
+    since = since - DAY_S * round(_first(since) / DAY_S)
+    if np.nanmax(since) < 0.0 or np.nanmin(since) > np.nanmax(time) - _first(time):
+        notes.append(f'{name}: its own times of day are not those of the run; taken to begin with it')
+        return rows - _first(rows)
+    return since
+
+
+def _first(time: Array) -> float:
+    """The first time that is known."""
+    return float(time[np.isfinite(time)][0])
+
+
+def _is_dated(source: StampSource) -> bool:
+    return source.kind != CLOCK or source.date is not None
 
 
 def _time(source: TimeSource, table: _Table, where: str) -> Array:
@@ -275,14 +306,13 @@ def _known(time: Array, table: _Table, column: int) -> NDArray[np.int64]:
 
 
 def _stamps(source: StampSource, table: _Table, where: str) -> Array:
-    """Times of day or dates as s from the first."""
+    """Times of day or dates, s."""
     column = table.find(ColumnSource(source.column, source.occurrence, UNITS['s']), where)
     time = _as_written(source, table, where)
     known = _known(time, table, column)
     for k in np.flatnonzero(np.diff(time[known]) <= 0):
         raise BadInput(f'{table.at(int(known[k + 1]), column)}: the time is not later than in the row before{_SPREAD}')
-    first: Array = time - time[known[0]]
-    return first
+    return time
 
 
 def _read(table: _Table, column: int, read: Callable[[str], float | None], expected: str) -> Array:

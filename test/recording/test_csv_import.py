@@ -61,6 +61,15 @@ def test_units_signs_scales_offsets_and_time_from_the_first_row(imported):
     assert recording.known == {'rest_length_m': 0.2, 'trial': '1-1', 'end': 'blocked', 'source_file': 'run_1.csv'}
 
 
+def test_stamps_beside_seconds_begin_with_the_run_and_seconds_beside_stamps_count_on(imported):
+    channel = 'columns: {displacement: {column: x, unit: mm, time: {column: 1, unit: %s}}}'
+    keys = 'time: {column: 0, unit: %s}\n' + channel + "\nruns: [{file: 'run_*.csv'}]\n"
+    (recording,) = imported('a,b,x\n5,10:00:00,1\n6,10:00:02,2\n', keys % ('s', 'clock')).values()
+    np.testing.assert_allclose(recording['displacement'].time, [0, 2])
+    (recording,) = imported('a,b,x\n10:00:00,5,1\n10:00:02,6,2\n', keys % ('clock', 's')).values()
+    np.testing.assert_allclose(recording['displacement'].time, [5, 6])
+
+
 def test_a_schedule_switches_at_its_own_times_between_the_rows(imported):
     recording = imported(
         'x\n' + '0\n' * 11,

@@ -17,6 +17,7 @@ from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.csv_import import import_runs
 from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.recording.lab.cells import clock, decimal_of, number, stamp
+from tcp_muscle_ros.recording.lab.draft_map import map_text
 from tcp_muscle_ros.recording.lab.guess import guess
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
 from tcp_muscle_ros.tool import main
@@ -218,6 +219,14 @@ def heated(sign, current=True):
     return rows
 
 
+def written(tmp_path, heads, rows):
+    """The recording of a file without a map, by the map that is written for it."""
+    drafts = lab_text(tmp_path, heads, rows=rows)
+    (tmp_path / 'map.yaml').write_text(map_text({tmp_path / 'run.csv': drafts}, tmp_path / 'map.yaml'))
+    (run,) = import_runs(read_import_map(tmp_path / 'map.yaml'), [tmp_path / 'run.csv'])
+    return run.recording
+
+
 def channel(run, name):
     (found,) = [column for column in run.columns if column.channel == name]
     return found
@@ -233,6 +242,49 @@ def test_a_second_column_of_times_that_goes_another_way_is_of_the_columns_after_
     rows = [f'{k / 10:.1f},{23 + k / 10:.1f},{k // 10},{k / 50}' for k in range(60)]  # the same time, and of less
     (run,) = lab_text(tmp_path, heads, rows=rows)
     assert channel(run, 'displacement').time is None
+
+
+def of_a_day(seconds, date=''):
+    minutes, second = divmod(seconds, 60.0)
+    hour, minute = divmod(int(minutes), 60)
+    return f'{date}{hour % 24:02d}:{minute:02d}:{second:06.3f}'
+
+
+@pytest.mark.parametrize(
+    ('heads', 'shown'),
+    [
+        ('Time,I (A),Time,T (degC)', lambda at: of_a_day(at, '2024-03-14 ')),
+        ('Time,I (A),Time,T (degC)', lambda at: of_a_day(at, '03/14/2024 ')),
+        ('Time,I (A),Time,T (degC)', of_a_day),
+        ('Date,Time,I (A),Date,Time,T (degC)', lambda at: f'03/14/2024,{of_a_day(at)}'),
+        ('Time,ms,I (A),Time,ms,T (degC)', lambda at: f'{of_a_day(at)[:-4]},{of_a_day(at)[-3:]}'),
+    ],
+    ids=['years first', 'months first', 'times of day', 'dates apart', 'milliseconds apart'],
+)
+@pytest.mark.parametrize('later', [3.5, -6.0])
+def test_two_loggers_side_by_side_keep_what_one_began_after_the_other(tmp_path, heads, shown, later):
+    at = 10 * 3600.0 + np.arange(90) / 10
+    rows = [f'{shown(at[k])},{0.2 * (k > 20)},{shown(at[k] + later)},{23 + k / 10}' for k in range(90)]
+    recording = written(tmp_path, heads, rows)
+    assert recording['current'].time[0] == 0.0
+    np.testing.assert_allclose(recording['temperature'].time, np.arange(90) / 10 + later, atol=1e-6)
+
+
+def test_two_loggers_may_begin_on_either_side_of_midnight_or_count_from_their_own_start(tmp_path):
+    for began, other, first in ((86399.0, 86401.0, 2.0), (86401.0, 86399.0, -2.0), (36000.0, 0.0, 0.0)):
+        rows = [f'{of_a_day(began + k / 10)},{k % 7},{of_a_day(other + k / 10)},{23 + k / 10}' for k in range(90)]
+        recording = written(tmp_path, 'Time,I (mA),Time,T (degC)', rows)
+        np.testing.assert_allclose(recording['temperature'].time, np.arange(90) / 10 + first, atol=1e-6)
+        assert [note for note in recording.notes if 'taken to begin with it' in note] or other
+
+
+def test_a_counter_of_its_own_may_begin_anew(tmp_path):
+    rows = [f'{k / 10},{k % 7},{(65000 + 100 * k) % 65536},{23 + k / 10}' for k in range(90)]
+    (run,) = lab_text(tmp_path, 't (s),I (mA),t (ms),T (degC)', rows=rows)
+    assert channel(run, 'temperature').time is None  # it is not said to be another clock
+    rows = [f'{100 * k},{k % 7},{(65000 + 100 * k) % 65536},{23 + k / 10}' for k in range(90)]
+    (run,) = lab_text(tmp_path, 't (ms),I (mA),t (ms),T (degC)', rows=rows)
+    assert channel(run, 'temperature').time.wraps == 65536
 
 
 def test_a_line_of_words_among_the_rows_parts_no_run_unless_it_names_one(tmp_path):

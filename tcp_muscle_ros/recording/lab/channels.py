@@ -13,7 +13,8 @@ from tcp_muscle_ros.recording.lab.columns import Column
 from tcp_muscle_ros.recording.lab.draft import ColumnRef, DraftColumn, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Row
 from tcp_muscle_ros.recording.lab.preamble import rest_length
-from tcp_muscle_ros.recording.lab.times import kind_of
+from tcp_muscle_ros.recording.lab.times import CLOCK, Kind
+from tcp_muscle_ros.recording.lab.timing import time_kind, wraps_of
 from tcp_muscle_ros.recording.lab.timing import times as times_of
 from tcp_muscle_ros.recording.lab.vocabulary import RATIOS, SHARES
 from tcp_muscle_ros.recording.options import A_MAP
@@ -295,14 +296,31 @@ def _clocks(columns: Sequence[Column], time: DraftTime | float) -> dict[int, Dra
     for column in columns:
         if column.ref in (time.ref, time.date, time.fraction):
             continue
-        kind = kind_of(column.cells, column.meaning.unit, column.decimal) if column.meaning.kind == 'time' else None
+        kind = time_kind(column) if column.meaning.kind == 'time' else None
         if column.heading == first:
-            own = DraftTime(column.ref, kind.unit) if kind is not None else None
+            own = _own_clock(column, kind, columns, time) if kind is not None else None
         elif kind is not None and kind.unit in UNITS and _is_another_clock(column, kind.unit, at):
-            own = DraftTime(column.ref, kind.unit)
+            own = _own_clock(column, kind, columns, time)
         elif own is not None:
             found[column.index] = own
     return found
+
+
+def _own_clock(column: Column, kind: Kind, columns: Sequence[Column], time: DraftTime) -> DraftTime:
+    """A second column of times, with a date and a fraction of its own where the first has such."""
+    if kind.unit in UNITS:
+        return DraftTime(column.ref, kind.unit, wraps=wraps_of(column))
+    date = _repeated(time.date, column, columns) if kind.unit == CLOCK else None
+    fraction = _repeated(time.fraction, column, columns)
+    order = time.order if date else kind.order
+    return DraftTime(column.ref, kind.unit, order, date, fraction, time.fraction_unit)
+
+
+def _repeated(ref: ColumnRef | None, beside: Column, columns: Sequence[Column]) -> ColumnRef | None:
+    """The column nearest to another that has the heading of ``ref`` and is not it; None where there is none."""
+    heading = next((column.heading for column in columns if column.ref == ref), '')
+    again = [column for column in columns if heading and column.heading == heading and column.ref != ref]
+    return min(again, key=lambda column: abs(column.index - beside.index)).ref if again else None
 
 
 def _is_another_clock(column: Column, unit: str, at: Array) -> bool:

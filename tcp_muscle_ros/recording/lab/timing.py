@@ -27,7 +27,7 @@ def time_of(columns: Sequence[Column], preamble: Sequence[Row]) -> DraftTime | f
 
     A count of seconds comes before a stamp, for it is finer; a clock goes with its date and its fraction of a second.
     """
-    kinds = {column.ref: _kind(column) for column in columns}
+    kinds = {column.ref: time_kind(column) for column in columns}
     dated = any(kind is not None and kind.unit in (STAMP, CLOCK) for kind in kinds.values())
     counting = [column for column in columns if (kind := kinds[column.ref]) and kind.unit in UNITS]
     rising = [column for column in counting if _rises(column) and not (dated and _begins_anew(column))]
@@ -35,7 +35,7 @@ def time_of(columns: Sequence[Column], preamble: Sequence[Row]) -> DraftTime | f
         best = rising[0]
         kind = kinds[best.ref]
         assert kind is not None
-        return DraftTime(best.ref, kind.unit, wraps=_wraps(best), note=f'{best.ref} {kind.note}' if kind.note else '')
+        return DraftTime(best.ref, kind.unit, wraps=wraps_of(best), note=f'{best.ref} {kind.note}' if kind.note else '')
     for wanted in (STAMP, CLOCK):
         for column in columns:
             kind = kinds[column.ref]
@@ -44,7 +44,7 @@ def time_of(columns: Sequence[Column], preamble: Sequence[Row]) -> DraftTime | f
     return _increment(columns, preamble) or sampled_every(preamble)
 
 
-def _kind(column: Column) -> Kind | None:
+def time_kind(column: Column) -> Kind | None:
     """How the cells tell the time. A column without a heading may only be a clock or a stamp."""
     if column.meaning.kind not in ('time', '', 'index'):
         return None
@@ -76,7 +76,8 @@ def _rises(column: Column) -> bool:
     return len(value) > 1 and float(np.mean(np.diff(value) > 0.0)) > 0.6
 
 
-def _wraps(column: Column) -> float:
+def wraps_of(column: Column) -> float:
+    """The count at which a column begins anew; 0 where it never does."""
     value = _finite(column)
     return next((wraps for wraps in _COUNTERS if _goes_on(value, wraps)), 0.0)
 
