@@ -54,6 +54,34 @@ def test_any_muscle_reads_back_bit_for_bit(tmp_path):
     assert found.operating == {'load_n': 0.25, 'end': 'spring', 'start_enabled': False}
 
 
+@pytest.mark.parametrize('all_of_them', ['', '/**: {ros__parameters: {k0: 20.0}}\n'])
+def test_two_muscles_are_not_read_as_one(tmp_path, all_of_them):
+    file = tmp_path / 'two.yaml'
+    thumb, index = (
+        f'/{name}/sim_node: {{ros__parameters: {{k0: {k0}}}}}\n' for name, k0 in (('thumb', 23.0), ('index', 60.0))
+    )
+    file.write_text(thumb + all_of_them + index)
+    with pytest.raises(BadInput) as caught:
+        read(file)
+    assert str(caught.value) == (
+        f"{file}: parameter 'k0' = 23.0 below '/thumb/sim_node' and 60.0 below '/index/sim_node': expected the "
+        "parameters of one muscle; make a file of each muscle's"
+    )
+
+
+@pytest.mark.parametrize(
+    ('first', 'second'),
+    [
+        ('/**: {ros__parameters: {k0: 23.0}}', 'sim_node: {ros__parameters: {k0: 60.0}}'),  # of all, and of one
+        ('sim_node: {ros__parameters: {k0: 6e1}}', 'safety_node: {ros__parameters: {k0: 60}}'),
+        ('sim_node: {ros__parameters: {rate_hz: 100.0}}', 'safety_node: {ros__parameters: {rate_hz: 50.0, k0: 60}}'),
+    ],
+)
+def test_sections_of_one_muscle_are_read_together(tmp_path, first, second):
+    (tmp_path / 'm.yaml').write_text(f'{first}\n{second}\n')
+    assert read(tmp_path / 'm.yaml').parameters['k0'] == 60.0
+
+
 def test_effects_may_be_nested_and_words_of_YAML_are_numbers(tmp_path):
     (tmp_path / 'm.yaml').write_text(
         '/**:\n  ros__parameters:\n    effects: [creep]\n    creep: {J: 2e-1}\n    m: 1e-4\n'

@@ -8,6 +8,7 @@ are in degC.
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import combinations
 from math import isfinite
 from pathlib import Path
 
@@ -187,11 +188,31 @@ def _flatten(content: object, path: str) -> dict[str, object]:
     if not isinstance(content, dict) or not content:
         raise BadInput(f'{path}: no parameters; {_EXPECTED}')
     flat: dict[str, object] = {}
+    said: dict[str, list[tuple[str, object]]] = {}
     for node, body in content.items():
         if not isinstance(body, dict) or not isinstance(body.get('ros__parameters'), dict):
             raise BadInput(f"{path}: no 'ros__parameters' below '{node}'; {_EXPECTED}")
-        flat |= _dotted(body['ros__parameters'])
+        values = _dotted(body['ros__parameters'])
+        for name, value in values.items():
+            said.setdefault(name, []).append((str(node), value))
+        flat |= values
+    for name, values_of in said.items():
+        if name in EDGES or name == 'effects':
+            _refuse_two_muscles(name, values_of, path)
     return flat
+
+
+def _refuse_two_muscles(name: str, said: list[tuple[str, object]], path: str) -> None:
+    """BadInput where two nodes have unlike values of a muscle's parameter. What is said for all nodes, as by ``/**``,
+    may be said otherwise for one of them."""
+    for (one, first), (other, second) in combinations(said, 2):
+        patterns = f'/{one.strip("/")}', f'/{other.strip("/")}'
+        one_of_all = fits(*patterns) or fits(*reversed(patterns))
+        if not one_of_all and as_ros_reads(first) != as_ros_reads(second):
+            raise BadInput(
+                f"{path}: parameter '{name}' = {first} below '{one}' and {second} below '{other}': expected the "
+                "parameters of one muscle; make a file of each muscle's"
+            )
 
 
 def _dotted(branch: Mapping[object, object], prefix: str = '') -> dict[str, object]:
