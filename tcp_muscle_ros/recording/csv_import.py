@@ -347,6 +347,8 @@ def _samples(
     name: str, source: Source, table: _Table, time: Array, where: str, notes: list[str]
 ) -> tuple[Array, Array]:
     """A channel's own time and SI values."""
+    if not isinstance(source, ColumnSource):
+        time = time[np.isfinite(time)]  # below the shorter of two tables there is none
     if isinstance(source, ConstantSource):
         return time, np.full(len(time), source.value)
     if isinstance(source, ScheduleSource):

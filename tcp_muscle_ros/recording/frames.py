@@ -1,6 +1,7 @@
 """Recordings as pandas DataFrames, and the reverse. pandas (extra `labs`) is loaded when it is asked for."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from tcp_muscle_ros.errors import BadInput, install, nearest
 from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.inputs import stated_ambient
+from tcp_muscle_ros.recording.lab.channels import hangs, taken_as_force
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
 from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording, channel_kind
 from tcp_muscle_ros.recording.units import UNITS
@@ -65,6 +67,8 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
     of the channel's topic holds, and what is in no unit of its channel (a power in %) is left out. The time is a column
     of that name, or else the index: s, or stamps.
 
+    A load varies only where its column is named as ours is, or said to be it; else it is a force that was measured.
+
     channels  NAME -> column, where a column's name does not say it
 
     BadInput: no column is a channel, two are the same, one is missing or not of numbers, or the time does not rise.
@@ -88,10 +92,21 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
         value = UNITS[units[channel]].to_si(_numbers(frame, column, found, name))
         finite = np.isfinite(value)
         taken[channel] = Channel(channel, time[finite], value[finite], column)
+    notes = _loads_as_forces(taken, units, chosen)
     if not taken:
         raise BadInput(f"{name}: no column is a channel of a muscle; expected such as '{column_name('temperature')}'")
     known = {str(key): value for key, value in frame.attrs.items()}
-    return Recording(name, taken, UNDATED_NS, known, units=units)
+    return Recording(name, taken, UNDATED_NS, known, notes, units)
+
+
+def _loads_as_forces(taken: dict[str, Channel], units: dict[str, str], chosen: Mapping[str, str]) -> tuple[str, ...]:
+    """Turn what a heading alone calls a load, and what varies as a load cell's reading, into the force that it is; what
+    was assumed."""
+    load = taken.get('load')
+    if load is None or 'force' in taken or load.topic in chosen or _exactly(load.topic) or hangs(load.value):
+        return ()
+    taken['force'], units['force'] = replace(taken.pop('load'), name='force'), units.pop('load')
+    return (taken_as_force(f"'{load.topic}'"),)
 
 
 def _chosen(frame: 'pd.DataFrame', name: str, channels: Mapping[str, str]) -> dict[str, str]:
@@ -136,9 +151,13 @@ def _the_one(frame: 'pd.DataFrame', column: str, name: str) -> 'pd.Series':
 
 def _channel_of(column: str, found: Meaning) -> str | None:
     """The channel of a column: by its full name (``current_command_A``), else by what its heading means."""
-    exact = next((each for each in CHANNELS if column in (each, column_name(each))), None)
-    channel = exact or {'length': 'displacement', 'elongation': 'displacement'}.get(found.kind, found.kind)
+    channel = _exactly(column) or {'length': 'displacement', 'elongation': 'displacement'}.get(found.kind, found.kind)
     return channel if channel in CHANNELS else None
+
+
+def _exactly(column: str) -> str | None:
+    """The channel that a column's name is."""
+    return next((each for each in CHANNELS if column in (each, column_name(each))), None)
 
 
 def _seconds(times: 'pd.Series | pd.Index', unit: str | None, name: str) -> Array:

@@ -70,6 +70,22 @@ def test_stamps_beside_seconds_begin_with_the_run_and_seconds_beside_stamps_coun
     np.testing.assert_allclose(recording['displacement'].time, [5, 6])
 
 
+def test_what_is_no_column_has_no_sample_in_rows_without_a_time(imported):
+    (recording,) = imported(
+        't,x,other\n0,1,4\n1,2,5\n,,6\n2,3,7\n,,8\n',
+        """
+        table: {headings: [1]}
+        time: {column: t}
+        columns: {displacement: {column: x, unit: mm}, load: {value: 60, unit: g}}
+        input: {power: {schedule: [{duration_s: 1.5, value: 0}, {duration_s: 1, value: 3}]}}
+        runs: [{file: 'run_*.csv'}]
+        """,
+    ).values()
+    np.testing.assert_allclose(recording['load'].time, [0, 1, 2])
+    np.testing.assert_allclose(recording['power'].time, [0, 1, 1.5, 2])
+    np.testing.assert_allclose(recording['power'].value, [0, 0, 3, 3])
+
+
 def test_a_schedule_switches_at_its_own_times_between_the_rows(imported):
     recording = imported(
         'x\n' + '0\n' * 11,

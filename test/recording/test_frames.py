@@ -6,7 +6,7 @@ import pytest
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.frames import of_frame, to_frame
-from tcp_muscle_ros.recording.recording import Channel, Recording
+from tcp_muscle_ros.recording.recording import CHANNELS, Channel, Recording
 
 
 def test_a_recording_comes_back_from_its_frame():
@@ -47,6 +47,34 @@ def test_columns_as_a_lab_names_them_and_stamps():
     np.testing.assert_allclose(recording['current'].value, [0, 0.1, 0.2])
     np.testing.assert_allclose(recording['displacement'].value, [0, 1e-3, 2e-3], atol=1e-12)
     np.testing.assert_allclose(recording['current'].time, [0, 0.5, 1.5])
+
+
+VARIES = 0.5 + 0.1 * np.sin(np.arange(300) / 30)
+STAYS = np.full(300, 0.5)
+
+
+@pytest.mark.parametrize(
+    ('columns', 'expected'),
+    [
+        ({'Load (N)': VARIES}, ['temperature', 'force']),
+        ({'Load (N)': VARIES, 'Force (counts)': VARIES}, ['temperature', 'force']),
+        ({'Load (N)': STAYS}, ['temperature', 'load']),
+        ({'Load (N)': VARIES, 'Force (N)': VARIES}, ['temperature', 'load', 'force']),
+        ({'load_N': VARIES}, ['temperature', 'load']),
+        ({'load': VARIES}, ['temperature', 'load']),
+    ],
+)
+def test_a_load_that_varies_is_a_force_unless_its_column_is_named_as_ours(columns, expected):
+    recording = of_frame(pd.DataFrame({'T (C)': 23 + VARIES, **columns}))
+    assert list(recording) == expected
+    taken = "'Load (N)' varies: taken as a force that was measured" in ' '.join(recording.notes)
+    assert taken is ('Load (N)' in columns and 'load' not in expected)
+    assert {name: recording.unit(name) for name in recording} == {n: CHANNELS[n].unit for n in expected}
+
+
+def test_a_load_that_is_said_to_be_one_is_one():
+    frame = pd.DataFrame({'T (C)': 23 + VARIES, 'Load (N)': VARIES})
+    assert list(of_frame(frame, channels={'load': 'Load (N)'})) == ['temperature', 'load']
 
 
 def test_a_length_shrinks_from_its_first_number():

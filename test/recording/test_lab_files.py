@@ -18,8 +18,10 @@ from tcp_muscle_ros.recording.csv_import import import_runs
 from tcp_muscle_ros.recording.import_map import read_import_map
 from tcp_muscle_ros.recording.lab.cells import clock, decimal_of, number, stamp
 from tcp_muscle_ros.recording.lab.draft_map import map_text
+from tcp_muscle_ros.recording.lab.grid import Row
 from tcp_muscle_ros.recording.lab.guess import guess
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
+from tcp_muscle_ros.recording.lab.preamble import sampled_every
 from tcp_muscle_ros.tool import main
 
 DOCUMENT = Path(__file__).resolve().parents[2] / 'docs' / 'lab_files.md'
@@ -75,6 +77,16 @@ def test_there_are_enough_of_them_and_the_document_lists_each_with_its_first_try
         ('T_min', '', Meaning('temperature', None)),  # a minimum, no minutes
         ('Temps (s)', '', Meaning('time', 's')),  # French; no temperature
         ('Raumtemperatur (°C)', '', Meaning('ambient', 'degC')),
+        ('T_env (C)', '', Meaning('ambient', 'degC')),
+        ('Tenv (C)', '', Meaning('ambient', 'degC')),
+        ('T_inf', '°C', Meaning('ambient', 'degC')),
+        ('Tinfinity (K)', '', Meaning('ambient', 'K')),
+        ('T∞ [°C]', '', Meaning('ambient', 'degC')),
+        ('T_surr (C)', '', Meaning('ambient', 'degC')),
+        ('Bath temp (C)', '', Meaning('ambient', 'degC')),
+        ('Temperature of the environment (°C)', '', Meaning('ambient', 'degC')),
+        ('Envelope (V)', '', Meaning('voltage', 'V')),
+        ('Info', '', Meaning('', None)),
         ('I_set (A)', '', Meaning('current', 'A', commanded=True)),
         ('Humidity (%)', '', Meaning('', None)),
         ('Preload (g)', '', Meaning('load', 'g')),
@@ -287,6 +299,30 @@ def test_a_counter_of_its_own_may_begin_anew(tmp_path):
     assert channel(run, 'temperature').time.wraps == 65536
 
 
+@pytest.mark.parametrize(
+    ('above', 'period'),
+    [
+        (['Heating frequency: 0.05 Hz', 'Sample rate: 10 Hz'], 0.1),
+        (['Period: 20 s', 'Sample rate: 10 Hz'], 0.1),
+        (['Interval: 20 s', 'dt = 0.1 s'], 0.1),
+        (['Frequency: 0.05 Hz (square wave)', 'Interval: 100 ms'], 0.1),
+        (['Heating: 0.25 A, period 20 s, sample rate 10 Hz'], 0.1),
+        (['Sample rate: 10 Hz Heating frequency: 0.05 Hz'], 0.1),
+        (['Heater: MX100; Sampling rate: 10 Hz'], 0.1),
+        (['Sample rate: 10 Hz (heater by PWM)', 'PWM frequency: 1 kHz'], 0.1),
+        (['Sample rate: 10 Hz', 'Scan interval: 100 ms'], 0.1),
+        (['Frequency: 10 Hz'], 0.1),
+        (['Heating frequency: 0.05 Hz'], None),
+        (['Drive cycle period: 20 s'], None),
+        (['Period: 20 s', 'Interval: 100 ms'], None),
+        (['Sample rate: 1000 Hz', 'Logging interval: 100 ms'], None),
+    ],
+)
+def test_the_rate_of_the_samples_is_not_that_of_the_heating(above, period):
+    found = sampled_every([Row(k + 1, (line,)) for k, line in enumerate(above)])
+    assert found == (None if period is None else pytest.approx(period))
+
+
 def test_a_line_of_words_among_the_rows_parts_no_run_unless_it_names_one(tmp_path):
     rows = [f'{k},{23 + k / 10}' for k in range(40)]
     for line, runs in (('WARN: buffer overrun', 1), ('*** sync ***', 1), ('Run 2', 2)):
@@ -446,6 +482,15 @@ def test_a_load_that_goes_from_one_weight_to_another_hangs_and_one_that_varies_i
     rows = [f'{k / 10},{0.2 * (k > 20)},{23 + k / 100},{load(k)}' for k in range(300)]
     (run,) = lab_text(tmp_path, 't (s),I (A),T (degC),Load (N)', rows=rows)
     assert kind in [column.channel for column in run.columns]
+
+
+@pytest.mark.parametrize(
+    ('heading', 'cell'), [('Target force (N)', '0.5'), ('Force (counts)', '512'), ('Force (N)', '')]
+)
+def test_a_force_that_is_left_out_measures_no_load_that_varies(tmp_path, heading, cell):
+    rows = [f'{k / 10},{0.2 * (k > 20)},{23 + k / 100},{0.5 + 0.1 * np.sin(k / 40):.3f},{cell}' for k in range(300)]
+    (run,) = lab_text(tmp_path, f't (s),I (A),T (degC),Load (N),{heading}', rows=rows)
+    assert channel(run, 'force').ref.column == 'Load (N)'
 
 
 def test_nines_that_stand_for_no_number_are_none(tmp_path):

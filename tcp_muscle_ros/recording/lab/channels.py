@@ -147,7 +147,7 @@ def _drafted(each: Candidate, length: float | None, way: Warmth, path: Path) -> 
         unit, note = _unit(each, path)
         notes = [note] if note else []
         if each.channel == 'force' and kind == 'load':
-            notes.append(f'{ref} varies: taken as a force that was measured; where an end hangs free, that is its load')
+            notes.append(taken_as_force(ref))
         return DraftColumn(each.channel, ref, unit), notes
     if kind == 'strain' and length is not None and each.column.meaning.raw:
         raw = each.column.meaning.raw
@@ -206,13 +206,23 @@ def _candidate(column: Column, columns: Sequence[Column]) -> Candidate | None:
         if channel not in _COMMANDED:
             return None  # what was asked for; only what was measured counts
         channel = _COMMANDED[channel]
-    measured = any(other.meaning.kind == 'force' for other in columns)
-    if channel == 'load' and not measured and not _hangs(value):
+    if channel == 'load' and not any(map(_is_a_force, columns)) and not hangs(value):
         channel = 'force'  # what varies while the muscle works is measured, not hung on it
     return Candidate(channel, column, rows)
 
 
-def _hangs(value: Array) -> bool:
+def _is_a_force(column: Column) -> bool:
+    """Whether a column is a force that was measured, and that is not left out."""
+    means = column.meaning
+    return means.kind == 'force' and not means.commanded and not means.raw and _numbers(column) is not None
+
+
+def taken_as_force(column: object) -> str:
+    """What is said of a load that does not hang."""
+    return f'{column} varies: taken as a force that was measured; where an end hangs free, that is its load'
+
+
+def hangs(value: Array) -> bool:
     """Whether a load stays as it is, or changes from one weight to another, as a load cell never does."""
     if is_steady(value):
         return True

@@ -142,7 +142,8 @@ def _split(heading: str) -> tuple[str, str | None, int]:
 
 def _words(text: str) -> list[str]:
     """Words of letters; a symbol keeps its case, a word its lower one is compared by. 'Troom' is 'T room'."""
-    words = re.findall(r'[^\W\d_]+', re.sub(r'(?<=[a-zä-ü])(?=[A-Z][a-z])', ' ', one_word(text)))
+    text = one_word(text).replace('∞', ' infinity')
+    words = re.findall(r'[^\W\d_]+', re.sub(r'(?<=[a-zä-ü])(?=[A-Z][a-z])', ' ', text))
     return [part for word in words for part in (_parts(word) or (word,))]
 
 

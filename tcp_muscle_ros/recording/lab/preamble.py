@@ -1,7 +1,8 @@
 """What stands above a table in words: the period of its rows, the length of the muscle, what hangs on it, the room."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from tcp_muscle_ros.recording.lab.cells import number
 from tcp_muscle_ros.recording.lab.grid import Row
@@ -17,6 +18,12 @@ _RATE = re.compile(
 _INTERVAL = re.compile(
     r'(?:interval\w*|\w*intervall|\w*period\w*|間隔|delta[_ ]?[xt]|\bdt)\W{0,6}([\d.,]+)\s*([^\W\d]+)', re.I
 )
+# What tells that a rate or a period is that of the rows, and that it is that of what was imposed.
+_OF_ROWS = re.compile(r'sampl|abtast|scan|\blog|data|delta|\bdt\b|mess|acqui|échant|muestr|campion|采样', re.I)
+_OF_DRIVE = re.compile(
+    r'heat|heiz|chauff|driv|cycl|zykl|signal|pwm|square|rechteck|\bsin(e|us\w*)?\b|wave|duty|puls|anreg|excit', re.I
+)
+_ALIKE = 0.01  # of a period: so near are two of one rate
 _DELTA = re.compile(r'delta_x\s+([\d.,]+(?:e[+-]?\d+)?)', re.I)  # LabVIEW, where the X dimension is the time
 # Words that begin a line, a unit in brackets perhaps, a number, a unit perhaps.
 _STATED = re.compile(
@@ -42,21 +49,43 @@ _RESTS = (0.005, 2.0)  # m
 
 
 def sampled_every(preamble: Sequence[Row]) -> float | None:
-    """The period (s) that is written above a table, as "Sample rate: 20 Hz" or "Intervall: 100 ms"."""
+    """The period (s) that is written above a table, as "Sample rate: 20 Hz" or "Intervall: 100 ms".
+
+    What is called a rate of samples comes before any other; None where two unlike ones are left.
+    """
     lines = [plain(' '.join(row.cells)) for row in preamble]
-    for line in lines:
-        found = _INTERVAL.search(line)
-        if found:
-            unit, value = unit_named(found[2]), _number(found[1])
-            if unit and value and UNITS[unit].quantity == 'time':
-                return UNITS[unit].to_si(value)
-        found = _RATE.search(line)
-        if found and (value := _number(found[1])):
-            return 1.0 / (value * (1000.0 if found[2].lower() == 'khz' else 1.0))
+    stated = [each for line in lines for each in _periods(line)]
+    periods = [period for period, of_rows in stated if of_rows] or [period for period, _ in stated]
+    if periods:
+        return periods[0] if max(periods) - min(periods) <= _ALIKE * periods[0] else None
     if any(re.match(r'x_dimension time', line, re.I) for line in lines):
         found = next((match for line in reversed(lines) if (match := _DELTA.search(line))), None)
         return _number(found[1]) if found else None
     return None
+
+
+def _periods(line: str) -> Iterator[tuple[float, bool]]:
+    """The periods (s) that a line states, but for those of what was imposed ("Heating frequency: 0.05 Hz"), and whether
+    each is said to be that of the samples."""
+    found = sorted([*_INTERVAL.finditer(line), *_RATE.finditer(line)], key=lambda match: match.start())
+    for before, match in pairwise([None, *found]):
+        assert match is not None
+        begins = before.end() if before else 0
+        own = re.split(r'[;,]\s', line[begins : match.start()])[-1] + match[0]
+        of_rows = bool(_OF_ROWS.search(own))
+        around = own if of_rows else line[begins : match.end()] + (line[match.end() :] if match is found[-1] else '')
+        period = _period(match)
+        if period and not _OF_DRIVE.search(around):
+            yield period, of_rows
+
+
+def _period(match: re.Match[str]) -> float | None:
+    """The period (s) of a number and its unit; None where that is no time and no rate."""
+    value = _number(match[1])
+    if match.re is _RATE:
+        return 1.0 / (value * (1000.0 if match[2].lower() == 'khz' else 1.0)) if value else None
+    unit = unit_named(match[2])
+    return UNITS[unit].to_si(value) if value and unit and UNITS[unit].quantity == 'time' else None
 
 
 def rest_length(preamble: Sequence[Row]) -> float | None:

@@ -9,7 +9,7 @@ BEGINNINGS = {
     'temperature': 'temperat températ temp thermo tc roi 温度 糸温 coilt 온도 температур',
     'ambient': (
         'ambient amb room raum luft air umgebung ambiance ambiente chamber background hintergrund '
-        'omgeving otoczeni 室温 環境 外気 环境 실온 실내 комнат окружающ'
+        'environ env surround surr bath infinity inf omgeving otoczeni 室温 環境 外気 环境 실온 실내 комнат окружающ'
     ),
     'resistance': 'resist résist widerst weerstand rezyst opór 抵抗 电阻 電阻 저항 сопротивлен',
     'current': (
@@ -55,8 +55,8 @@ SYMBOLS = {
 }
 WHOLE = frozenset(  # no beginnings
     [
-        'air', 'amb', 'date', 'disp', 'dist', 'fecha', 'force', 'gap', 'hora', 'hub', 'last', 'mass',
-        'masse', 'moc', 'roi', 'pos', 'pot', 'tc', 'tempo', 'temps', 'time', 'weg',
+        'air', 'amb', 'date', 'disp', 'dist', 'env', 'fecha', 'force', 'gap', 'hora', 'hub', 'inf', 'last',
+        'mass', 'masse', 'moc', 'roi', 'pos', 'pot', 'surr', 'tc', 'tempo', 'temps', 'time', 'weg',
     ]
 )  # fmt: skip
 MODIFIERS = {
