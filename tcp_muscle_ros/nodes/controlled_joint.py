@@ -69,7 +69,7 @@ class ControlledJoint:
         node.listen(Float64, f'{name}/stiffness_setpoint', self._take_stiffness, COMMAND_QOS)
 
     def apply(self, settings: Settings) -> None:
-        """Take over values, of the joint or of its muscles; what came by topic stays, unless it was set."""
+        """Take over values, of it or its muscles; what came by topic stays, unless ``cocontraction_n`` changed."""
         if settings['cocontraction_n'] != self._settings['cocontraction_n']:
             self._cocontraction, self._stiffness = settings['cocontraction_n'], None
         self._settings = settings

@@ -33,15 +33,21 @@ _HOTTEST_READING = 1000.0  # degC; more is a broken thermometer rather than a ho
 _models: dict[str, Parameters] = {}  # of model_file, as they were when they were checked
 
 
-def check_model(settings: Settings) -> None:
-    """Read ``model_file`` where one is named. BadInput."""
+def check_model(settings: Settings) -> str:
+    """Read ``model_file`` where one is named. Why it is taken as it was read before, '' where it is as it stands there.
+
+    Raises:
+        BadInput: it cannot be read, and never was.
+    """
     path = settings['model_file']
-    if path:
-        try:
+    try:
+        if path:
             _models[path] = read(path).parameters
-        except BadInput:
-            if path not in _models:  # one that was read stays in force: a limit can be lowered without its file
-                raise
+    except BadInput as error:
+        if path not in _models:  # one that was read stays in force: a limit can be lowered without its file
+            raise
+        return f'the model is as it was read before: {error}'
+    return ''
 
 
 def other_model(settings: Settings) -> Parameters | None:
@@ -293,7 +299,9 @@ class ControlledMuscle(SafeMuscle):
         """Ask the controller, then the safety machine, and publish what remains."""
         temperature = self._temperature.fresh(now, max(self._watch.timeout, _THERMOMETER))
         self._taking.update(now, self.safety.current, self._current.fresh(now, self._watch.timeout))
-        self._lost = self._problem(now)
+        lost, self._lost = self._lost, self._problem(now)
+        if lost and not self._lost:
+            self._watch.expect_anew()  # what is expected begins where the muscle then is
         if self._watch.value is not None and (self._setpoint is not None or self._fibre is not None):
             self._decide(now, temperature)
         elif self._probe() > 0.0:
@@ -408,7 +416,5 @@ class ControlledMuscle(SafeMuscle):
             'shaped_setpoint_m': number(None if command is None else command.shaped_setpoint),
             f'{self._feedback}_{_UNIT[self._feedback]}': number(measured),
             'predicted_displacement_m': number(None if command is None else command.predicted_displacement),
-            'predicted_temperature_c': number(
-                None if command is None else command.predicted_temperature - ZERO_CELSIUS
-            ),
+            'predicted_temperature_c': number(None if self._fibre is None else self._fibre - ZERO_CELSIUS),
         }

@@ -48,7 +48,8 @@ class ControllerNode(SafeNode[ControlledMuscle]):
     def check(self, settings: Settings) -> None:
         """Raise BadInput against values that make no muscle, no controller or no limits."""
         settings.limits(command_timeout=0.0)
-        check_model(settings)
+        if kept := check_model(settings):
+            self.get_logger().warning(kept)
         make_handover(settings)
 
     def make_muscle(self, name: str, settings: Settings) -> ControlledMuscle:

@@ -7,6 +7,7 @@ from tcp_muscle_ros.diagnosis.observation.holding import Conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters, simulate
+from tcp_muscle_ros.recording.plausibility import not_across
 from tcp_muscle_ros.recording.recording import Channel, Recording
 
 NOMINAL = Parameters.named('karami_tadesse_2017')
@@ -361,6 +362,12 @@ def test_a_voltage_that_is_not_across_the_muscle_neither_drives_it_nor_shows_its
     assert experiment.imposed.kind == 'current' and list(experiment.observed) == ['displacement']
     assert [note for note in experiment.notes if said in note]
     assert experiment.fingerprint == made.fingerprint
+
+
+def test_a_sample_without_a_current_says_nothing_of_a_voltage():
+    """An ammeter that is a sample late shows none at the beginning of a run that has no rest."""
+    assert not_across(np.full(1000, 3.0), np.append(0.0, np.full(999, 0.2))) == ''
+    assert not_across(np.full(1000, 3.0), np.append(np.zeros(50), np.full(950, 0.2))) != ''
 
 
 @pytest.mark.parametrize('logged', ['apart', 'where it changes', 'sensing'])

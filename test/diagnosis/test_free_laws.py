@@ -206,7 +206,7 @@ def test_the_strongest_stays_and_a_weaker_effect_that_is_more_likely_absent_goes
     assert weaker not in left.final.muscle.effects
     assert [d.effect for d in left.doubtful] == [weaker]
     (said,) = on_doubtful(left)
-    assert said.endswith('was found too, but is more likely absent than there (probability 0.20): it is not named')
+    assert said.endswith('was found too, but not surely enough (probability 0.20): it is not named')
 
 
 @pytest.mark.long

@@ -97,12 +97,32 @@ def test_a_sensor_that_is_stuck_and_slower_than_the_timeout_does_not_burn_the_mu
     assert driven.hottest < 100.5
 
 
+@pytest.mark.parametrize('begun', [()], indirect=True)
+def test_a_coarse_sensor_that_is_off_is_not_called_frozen_after_a_gap(begun):
+    """At rest it says the same again, and the model, which goes on through a gap, is that much off."""
+    driven = Driven(begun)
+    driven.controlled._setpoint = 0.0
+
+    def coarse(reading):
+        return round((reading.displacement + 0.5e-3) / 2e-5) * 2e-5
+
+    driven.runs(10.0, coarse)
+    driven.runs(0.6, coarse, every=0)
+    assert driven.controlled.silent
+    for _ in range(50):
+        driven.runs(0.1, coarse)
+        assert not driven.controlled.silent
+
+
 @pytest.mark.parametrize('begun', [STRONG], indirect=True)
 def test_a_reset_does_not_cool_a_muscle_that_the_model_says_is_too_hot(begun):
-    driven, safety = Driven(begun), None
+    driven = Driven(begun)
     driven.controlled._setpoint, safety = 0.03, driven.controlled.safety
-    while safety.state.value != 'fault':
+    for _ in range(600):
+        if safety.state.value == 'fault':
+            break
         driven.runs(0.1, lambda r: r.displacement, current=0.6)  # the driver gives more than it is asked for
+    assert safety.state.value == 'fault'
     driven.controlled.forget()
     driven.runs(0.1, lambda r: r.displacement, current=0.6)
     assert 'the cause is still there' in safety.clear_fault()

@@ -1,5 +1,5 @@
-"""What is doubtful is not named, and not handed on: what is more likely absent than there, beside what is there, and
-what leaves more than it explains.
+"""What is doubtful is not named, and not handed on: what is not probable enough, beside what is there, and what leaves
+more than it explains.
 """
 
 from collections.abc import Callable, Mapping

@@ -271,7 +271,7 @@ class Diagnosis:
 
     ``repeatability``: by channel what runs of one protocol do not share (SI), None where there are no replicates.
     ``runs``: what each has for itself where they differ.
-    ``doubtful``: effects that were found and are not named, for they are more likely absent than there.
+    ``doubtful``: effects that were found and are not named, for they are not probable enough.
     ``imitated``: the recording that sticks and slips most beside a simulation that does, None where none does.
     ``would_help``: what to record so that an undecided question can be decided, where no planned experiment would.
     """

@@ -108,8 +108,7 @@ def on_leads(selection: Selection) -> tuple[str, ...]:
 def on_doubtful(selection: Selection) -> tuple[str, ...]:
     """Which effects were found beside those named, and are not named."""
     return tuple(
-        f'{words(d.effect)} was found too, but is more likely absent than there (probability '
-        f'{d.probability:.2f}): it is not named'
+        f'{words(d.effect)} was found too, but not surely enough (probability {d.probability:.2f}): it is not named'
         for d in selection.doubtful
     )
 

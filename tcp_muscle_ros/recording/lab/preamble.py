@@ -23,6 +23,7 @@ _OF_ROWS = re.compile(r'sampl|abtast|scan|\blog|data|delta|\bdt\b|mess|acqui|éc
 _OF_DRIVE = re.compile(
     r'heat|heiz|chauff|driv|cycl|zykl|signal|pwm|square|rechteck|\bsin(e|us\w*)?\b|wave|duty|puls|anreg|excit', re.I
 )
+_SAID = re.compile(r'(?:sampl|abtast|scan|logg)\w*(?:[ _-]*$|[ _]*(?:rate|freq))', re.I)  # just before a number
 _ALIKE = 0.01  # of a period: so near are two of one rate
 _DELTA = re.compile(r'delta_x\s+([\d.,]+(?:e[+-]?\d+)?)', re.I)  # LabVIEW, where the X dimension is the time
 # Words that begin a line, a unit in brackets perhaps, a number, a unit perhaps.
@@ -74,8 +75,8 @@ def _periods(line: str) -> Iterator[tuple[float, bool]]:
         own = re.split(r'[;,]\s', line[begins : match.start()])[-1] + match[0]
         of_rows = bool(_OF_ROWS.search(own))
         around = own if of_rows else line[begins : match.end()] + (line[match.end() :] if match is found[-1] else '')
-        period = _period(match)
-        if period and not _OF_DRIVE.search(around):
+        period, said = _period(match), bool(_SAID.search(line[begins : match.start()]) or _SAID.match(match[0]))
+        if period and (said or not _OF_DRIVE.search(around)):
             yield period, of_rows
 
 
