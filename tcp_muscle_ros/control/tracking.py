@@ -207,18 +207,23 @@ class TrackingController:
 
     def _predict(self, flowed: float, measured: float | None, temperature: float | None) -> None:
         """The model from the current alone. It starts from what the first measurement says."""
-        first = temperature if temperature is not None else measured
-        known = [value for value in (first, None if self._stepped else self._carried) if value is not None]
-        if known and not self._seeded:
-            self._muscle.reset(min(max(*known, _COLDEST), _HOTTEST))
-            reading = self._muscle.reading(0.0, load=self._load, ambient=self._ambient)
+        begins = None if self._seeded else self._begins(temperature if temperature is not None else measured)
+        if begins is not None:
+            self._muscle.reset(min(max(begins, _COLDEST), _HOTTEST))
             self._seeded = True
-        elif not self._stepped:
+        if begins is not None or not self._stepped:
             reading = self._muscle.reading(0.0, load=self._load, ambient=self._ambient)
         else:
             reading = self._muscle.step(self._period, flowed, load=self._load, ambient=self._ambient)
         self._stepped = True
         self._predicted, self._fibre = reading.displacement, reading.fibre_temperature
+
+    def _begins(self, first: float | None) -> float | None:
+        """What it starts from, K: the first measurement, or what was carried over where that is hotter; None without
+        either."""
+        if self._carried is None or self._stepped:
+            return first
+        return self._carried if first is None else max(first, self._carried)
 
     def _expect(self, flowed: float, anew: bool) -> None:
         """What the feedback should say. It goes its own way with the current, and what was learnt reaches it late."""

@@ -12,7 +12,8 @@ from std_msgs.msg import Float64
 from tcp_muscle_ros.control.antagonist import FREE, Antagonist, Hold, Side
 from tcp_muscle_ros.control.gravity import Gravity
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, other_model
+from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle
+from tcp_muscle_ros.nodes.controllers import other_model
 from tcp_muscle_ros.nodes.home import Home
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import number

@@ -14,7 +14,8 @@ from sensor_msgs.msg import JointState
 
 from tcp_muscle_ros.errors import nearest
 from tcp_muscle_ros.nodes.controlled_joint import ControlledJoint, Weight
-from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle, check_model, make_handover
+from tcp_muscle_ros.nodes.controlled_muscle import ControlledMuscle
+from tcp_muscle_ros.nodes.controllers import check_model, make_handover
 from tcp_muscle_ros.nodes.lifetime import run
 from tcp_muscle_ros.nodes.lockstep import out_of_step
 from tcp_muscle_ros.nodes.parameters import Settings

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
+from typing import TypeVar
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
@@ -20,6 +21,7 @@ from tcp_muscle_ros.settings.parameter_file import ParameterFile, read, write
 from tcp_muscle_ros.settings.rig import Rig, read_rig
 
 _LOWEST_PRIORITY = 19
+_T = TypeVar('_T')
 
 
 def save(path: Path, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
@@ -116,11 +118,7 @@ class Alarm:
 
     def improved(self) -> ParameterFile | None:
         """The muscle as the diagnosis found it, and in which room; None where it found none."""
-        try:
-            return read(self.model) if self.model.is_file() else None
-        except BadInput as error:
-            self._say(f'no model to adopt: {error}')
-            return None
+        return self._left(self.model, read, 'no model to adopt')
 
     @property
     def rig_file(self) -> Path:
@@ -128,11 +126,15 @@ class Alarm:
         return self.report / 'rig.yaml'
 
     def rig(self) -> Rig | None:
-        """What the instruments do, as far as it was known and the diagnosis found; None where it found no muscle."""
+        """What the instruments do, as far as it was known and the diagnosis found; None where it says nothing."""
+        return self._left(self.rig_file, read_rig, 'the instruments are taken as they were')
+
+    def _left(self, path: Path, read_back: Callable[[Path], _T], otherwise: str) -> _T | None:
+        """What a diagnosis left in a file; None where it left none that can be read, of which something is said."""
         try:
-            return read_rig(self.rig_file) if self.rig_file.is_file() else None
+            return read_back(path) if path.is_file() else None
         except BadInput as error:
-            self._say(f'the instruments are taken as they were: {error}')
+            self._say(f'{otherwise}: {error}')
             return None
 
     def end(self) -> None:

@@ -338,8 +338,9 @@ class TwinNode(DeclaredNode):
             return
         self._tell('the diagnosed model runs beside the present one, and replaces it where it predicts better')
         # The muscle as it was found shows what was recorded on the rig as it was found.
-        rig = alarm.rig() or self._rig
-        of_rig = str(alarm.rig_file) if rig is not self._rig else self._settings['rig_file']
+        rig, of_rig = alarm.rig(), str(alarm.rig_file)
+        if rig is None:
+            rig, of_rig = self._rig, self._settings['rig_file']
         model, source = on_rig(found.parameters, rig), str(alarm.model.resolve())
         try:
             variants = self._variants(source, found, rig)

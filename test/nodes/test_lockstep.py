@@ -17,7 +17,7 @@ from std_msgs.msg import Float64, Header
 
 from tcp_muscle_ros.control.safety import Safety
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscles
-from tcp_muscle_ros.nodes.controlled_muscle import make_controller
+from tcp_muscle_ros.nodes.controllers import make_controller
 from tcp_muscle_ros.nodes.parameters import read
 from tcp_muscle_ros.nodes.sim_muscle import make_muscle
 from tcp_muscle_ros.settings.operating import CONTROL, SIM

@@ -43,7 +43,7 @@ def _improved(selection: Selection, fitted: Fit) -> Parameters:
     """
     final = selection.best
     muscle = as_it_begins(now(fitted), fitted)
-    own = {u.name.split('.')[0] for u in final.problem.unknowns if u.each_has}
+    own = _of_single_recordings(final)
     physics = [e for e in muscle.effects if EFFECTS[e].of_muscle and e not in own]
     leakage = leakage_of(selection, fitted)
     if leakage is None:
@@ -173,14 +173,17 @@ def _age(problem: Problem, recording: int) -> dict[str, float]:
 def _rig(fitted: Fit, muscle: Parameters) -> Rig:
     """What the instruments do, as far as it is the same in all recordings, and what the rig was seen to do: the values
     are those of ``muscle``, as uncertain as the fit leaves them."""
-    unknowns = fitted.problem.unknowns
-    own = {u.name.partition('.')[0] for u in unknowns if u.each_has}
-    found = _stated(muscle.only_effects(set(muscle.effects) - own))
-    for k, u in enumerate(unknowns):
-        if u.recording is None and _of_instrument(u.name):
+    found = _stated(muscle.only_effects(set(muscle.effects) - _of_single_recordings(fitted)))
+    for k, u in enumerate(fitted.problem.unknowns):
+        if u.recording is None and of_instrument(u.name):
             value, (low, high) = muscle[u.name], fitted.interval(k)
             found[u.name] = Quantity(value, min(low, value), max(high, value))
     return _of(muscle, found, fitted.problem.experiments)
+
+
+def _of_single_recordings(fitted: Fit) -> set[str]:
+    """The effects that each recording has for itself."""
+    return {u.name.partition('.')[0] for u in fitted.problem.unknowns if u.each_has}
 
 
 def stated_rig(muscle: Parameters, experiments: Sequence[Experiment]) -> Rig:
@@ -195,11 +198,11 @@ def _of(muscle: Parameters, found: Mapping[str, Quantity], experiments: Sequence
 
 def _stated(muscle: Parameters) -> dict[str, Quantity]:
     """By parameter, without intervals."""
-    names = [name for name in SPECIFICATIONS if name.partition('.')[0] in muscle.effects and _of_instrument(name)]
+    names = [name for name in SPECIFICATIONS if name.partition('.')[0] in muscle.effects and of_instrument(name)]
     return {name: Quantity(muscle[name], muscle[name], muscle[name]) for name in names}
 
 
-def _of_instrument(parameter: str) -> bool:
+def of_instrument(parameter: str) -> bool:
     """Whether a parameter is what a key of an instrument says: its own, or the delay and the pace of a late channel."""
     effect, _, name = parameter.partition('.')
     late = EFFECTS[effect].late if name else None

@@ -4,10 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tcp_muscle_ros.diagnosis.answer.handed_on import leakage_of, of_form, stiffness_of_one_load, unsure_of_stiffness
+from tcp_muscle_ros.diagnosis.answer.handed_on import (
+    leakage_of,
+    of_form,
+    of_instrument,
+    stiffness_of_one_load,
+    unsure_of_stiffness,
+)
 from tcp_muscle_ros.diagnosis.answer.improved import physics_only
 from tcp_muscle_ros.diagnosis.fitting.calibration import Known, estimates, in_one
-from tcp_muscle_ros.diagnosis.model.model import Model
 from tcp_muscle_ros.diagnosis.model.unknown import Unknown
 from tcp_muscle_ros.diagnosis.search.selected import Selection
 from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
@@ -29,12 +34,15 @@ def known_of(selection: Selection, muscle: Parameters) -> Known:
     if one is not None:
         covariance = known_to(covariance, one, unsure_of_stiffness(final, calibrated, one))
     effects = physics_only(muscle).effects
-    forms = {u.name: k for k, u in reversed(list(enumerate(final.problem.unknowns))) if k != one and '.' not in u.name}
+    forms: dict[str, float] = {}
+    for k, u in enumerate(final.problem.unknowns):
+        if k != one and '.' not in u.name and u.name not in forms:
+            forms[u.name] = of_form(final, calibrated, k)
     every, whole = in_one(final, covariance)
     held = [k for k, u in enumerate(every) if _of_muscle(u.name, effects)]
     unknowns, mine = [every[k] for k in held], whole[np.ix_(held, held)]
-    beside = [of_form(final, calibrated, forms[u.name]) if u.name in forms else 0.0 for u in unknowns]
-    on_rig = given(whole, held, [k for k, u in enumerate(every) if _of_rig(final.problem.model, u.name)])
+    beside = [forms.get(u.name, 0.0) for u in unknowns]
+    on_rig = given(whole, held, [k for k, u in enumerate(every) if of_instrument(u.name)])
     leakage = leakage_of(selection, final)
     if leakage is not None:  # the mean of slips at their own instants is in no fit: it is as unsure as they vary
         rate = _free(final.problem.model.roles.rate, leakage.rate)
@@ -61,12 +69,6 @@ def given(covariance: Array, held: Sequence[int], known: Sequence[int]) -> Array
     across = covariance[np.ix_(held, known)]
     told: Array = mine - across @ np.linalg.pinv(covariance[np.ix_(known, known)], hermitian=True) @ across.T
     return told
-
-
-def _of_rig(model: Model, name: str) -> bool:
-    """Whether a parameter is of what an instrument does."""
-    effect, _, shape = name.partition('.')
-    return bool(shape) and model.effects[effect].stage == 'sensor'
 
 
 def _of_muscle(name: str, effects: tuple[str, ...]) -> bool:

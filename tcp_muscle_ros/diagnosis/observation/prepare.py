@@ -41,7 +41,8 @@ def prepare(
     kind, drive = _source(of_muscle, _drive(of_muscle))
     observed, steady = _outputs(of_muscle, notes)
     holding, load, used = holding_of(recording, observed, conditions, notes)
-    observed.pop(used or '', None)
+    if used is not None:
+        observed.pop(used, None)
     if not observed:
         raise BadInput(
             f'{recording.path}: nothing to compare: expected at least one of {", ".join(OUTPUTS)} beside {kind}'
@@ -52,9 +53,8 @@ def prepare(
     else:  # a controller imposes what it makes of the noise of its sensor
         drive, noise = quiet(drive)
         if noise:
-            notes.append(
-                f'the noise of the {kind} was averaged out between its steps: {noise:.2g} {CHANNELS[kind].unit}'
-            )
+            unit = CHANNELS[kind].unit
+            notes.append(f'the noise of the {kind} was averaged out between its steps: {noise:.2g} {unit}')
     if kind == 'power':  # what a wattmeter reads below zero is its noise
         drive = replace(drive, value=np.maximum(drive.value, 0.0))
     between, lost = switches(drive)

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 
 from tcp_muscle_ros.recording.lab.cells import number
 from tcp_muscle_ros.recording.lab.grid import Row
@@ -69,13 +68,12 @@ def _periods(line: str) -> Iterator[tuple[float, bool]]:
     """The periods (s) that a line states, but for those of what was imposed ("Heating frequency: 0.05 Hz"), and whether
     each is said to be that of the samples."""
     found = sorted([*_INTERVAL.finditer(line), *_RATE.finditer(line)], key=lambda match: match.start())
-    for before, match in pairwise([None, *found]):
-        assert match is not None
-        begins = before.end() if before else 0
-        own = re.split(r'[;,]\s', line[begins : match.start()])[-1] + match[0]
+    for begins, match in zip([0, *(each.end() for each in found)], found, strict=False):
+        before, after = line[begins : match.start()], line[match.end() :] if match is found[-1] else ''
+        own = re.split(r'[;,]\s', before)[-1] + match[0]
         of_rows = bool(_OF_ROWS.search(own))
-        around = own if of_rows else line[begins : match.end()] + (line[match.end() :] if match is found[-1] else '')
-        period, said = _period(match), bool(_SAID.search(line[begins : match.start()]) or _SAID.match(match[0]))
+        around = own if of_rows else before + match[0] + after
+        period, said = _period(match), bool(_SAID.search(before) or _SAID.match(match[0]))
         if period and (said or not _OF_DRIVE.search(around)):
             yield period, of_rows
 
