@@ -23,6 +23,7 @@ _QUANTITIES = (
     FORCE,  # N, tension
     ELASTIC,  # m, elongation by the force
     EQUILIBRIUM_LENGTH,  # m, where forces balance, before inertia and friction
+    UNSTUCK_LENGTH,  # m, where these bring the end if it does not stick
     LENGTH,  # m
     SLACK,  # 1 when the muscle hangs loose
     DRIVE,  # A, W or V behind the supply
@@ -47,7 +48,7 @@ _QUANTITIES = (
     SHOWN_VOLTAGE,
     SHOWN_POWER,
     BEYOND,  # 1 when what a table depends on is outside it
-) = range(41)
+) = range(42)
 N_QUANTITIES = len(_QUANTITIES)
 
 # u: what is imposed, constant over a step. KIND: 0 current, 1 power, 2 voltage.

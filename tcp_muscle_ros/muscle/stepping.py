@@ -66,6 +66,7 @@ from tcp_muscle_ros.muscle.quantities import (
     TEMPERATURE_RATE,
     THERMAL,
     TIME,
+    UNSTUCK_LENGTH,
     VELOCITY,
     X_HEATED,
     X_LOST,
@@ -194,7 +195,7 @@ def _evaluate(x: Array, u: Array, p: Array, on: Mask, q: Array, dx: Array) -> No
         _hold(u[IN_WALL], compliance, p, on, q, x, dx)
     else:
         q[LENGTH] = _length_under(u[IN_LOAD], p, on, q, x, dx)
-    q[EQUILIBRIUM_LENGTH] = q[LENGTH]
+    q[EQUILIBRIUM_LENGTH] = q[UNSTUCK_LENGTH] = q[LENGTH]
     if p[_POSITION] > 0.0 and q[SLACK] == 0.0 and (compliance > 0.0 or not held):
         _position(q, p, on, x, dx)
         if held and q[LENGTH] != q[EQUILIBRIUM_LENGTH]:

@@ -82,3 +82,39 @@ def test_a_spring_holds_too_and_a_blocked_end_does_not_move():
     sprung = simulate(stuck(s=0.0), time, current, load=LOAD, end='spring', spring_rate=40.0)
     largest = np.abs(np.diff(sprung.displacement)).max()
     assert largest == pytest.approx(0.5 * 0.03 / (40.0 + 19.0), rel=0.15)
+
+
+@pytest.mark.parametrize('other', ['inertia', 'friction'])
+def test_with_no_force_to_break_away_by_it_leaves_inertia_and_friction_what_they_are(other):
+    time, current = TIME[::5], 0.25 * np.sqrt(POWER[::5])
+    load = np.where(time < 100.0, LOAD, 0.8)
+    alone, beside = (
+        simulate(p, time, current, load=load).displacement
+        for p in (NOMINAL.with_effects(other), stuck(Fb=0.0).with_effects(other))
+    )
+    assert np.array_equal(alone, beside)
+
+
+def test_a_guide_that_rubs_is_pulled_against_beside_what_sticks():
+    """While it warms the balance is ahead by both forces: friction and what breaks it away, or what it slides by."""
+    rubbed = {'friction.Ff': 0.02, 'friction.d': 1e-6}
+    sticking = stuck(Fb=0.02, r=0.5, s=0.0).replace(rubbed).with_effects('friction')
+    run = simulate(sticking, TIME, POWER, kind='power', load=LOAD)
+    paper = simulate(NOMINAL, TIME, POWER, kind='power', load=LOAD)
+    pull = ((paper.displacement - run.displacement) * stiffness(run.fibre_temperature))[TIME < 145.0]
+    moves = np.flatnonzero(np.diff(run.displacement[TIME < 145.0]))
+    assert pull.max() == pytest.approx(0.04, rel=0.02)
+    assert moves.size > 20 and np.median(pull[moves + 1]) == pytest.approx(0.03, rel=0.05)
+
+
+def test_a_weight_swings_as_far_as_the_end_does_not_hold_it():
+    """After a step of the load it is never further from where the weight alone would be than what breaks it away."""
+    time = np.arange(0.0, 4.0, 0.002)
+    load = np.where(time < 0.5, 0.5, 0.6)
+    swings, held = (
+        simulate(p, time, 0.0, load=load)
+        for p in (NOMINAL.with_effects('inertia'), stuck(Fb=0.01, s=0.0).with_effects('inertia'))
+    )
+    apart = np.abs(held.displacement - swings.displacement) * stiffness(swings.fibre_temperature)
+    assert 0.009 < apart.max() <= 0.01001
+    assert np.ptp(held.displacement) > 0.9 * np.ptp(swings.displacement)

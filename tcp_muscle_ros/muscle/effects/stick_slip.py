@@ -3,9 +3,10 @@
     |k (Hs - H)| <= Fi: the end rests at H;   beyond: it jumps to where |k (Hs - H)| = r Fb
     Fi = Fb (r + (1 - r) exp(s n - s^2/2)),   n standard normal, drawn anew for each rest
 
-Hs is the length at which forces balance. Jumps are (Fi - r Fb)/k, on average (1 - r) Fb/k; the first after a
-reversal needs the force of both directions. The random numbers follow from the seed and the number of jumps so far, so
-the same seed and inputs give the same motion. A spring at the end adds to k; a blocked end does not move.
+Hs is the length at which forces balance, or to which inertia and friction bring the end. Jumps are (Fi - r Fb)/k, on
+average (1 - r) Fb/k; the first after a reversal needs the force of both directions. The random numbers follow from the
+seed and the number of jumps so far, so the same seed and inputs give the same motion. A spring at the end adds to k; a
+blocked end does not move.
 """
 
 from math import cos, exp, log, pi, sqrt
@@ -16,7 +17,7 @@ from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.compiled import inner
 from tcp_muscle_ros.muscle.effects.effect import Effect
 from tcp_muscle_ros.muscle.parameter import Parameter
-from tcp_muscle_ros.muscle.quantities import COMPLIANCE, EQUILIBRIUM_LENGTH, HELD, LENGTH, STIFFNESS
+from tcp_muscle_ros.muscle.quantities import COMPLIANCE, EQUILIBRIUM_LENGTH, HELD, LENGTH, STIFFNESS, UNSTUCK_LENGTH
 
 # SplitMix64 (Steele et al. 2014): the mixed product of a counter, with no state but the counter.
 _GOLDEN, _FIRST, _SECOND = (np.uint64(n) for n in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
@@ -57,18 +58,20 @@ def _rested(q: Array, c: Array, s: Array) -> tuple[float, float, float]:
     end, held, jumps = s[0], s[1], s[2]
     sliding = c[0] * c[1]
     for _ in range(_MOST):
-        pull = rate * (q[EQUILIBRIUM_LENGTH] - end)
+        pull = rate * (q[UNSTUCK_LENGTH] - end)
         if abs(pull) <= held:
             return end, held, jumps
         end += (held - sliding) / rate if pull > 0.0 else (sliding - held) / rate
         jumps += 1.0
         held = _breakaway(c, jumps)
-    return q[EQUILIBRIUM_LENGTH], held, jumps
+    return q[UNSTUCK_LENGTH], held, jumps
 
 
 def position(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
     """Rest, or jump to where sliding friction stops it."""
-    q[LENGTH] = _rested(q, c, s)[0] if c[0] > 0.0 else q[EQUILIBRIUM_LENGTH]
+    q[UNSTUCK_LENGTH] = q[LENGTH]  # ``commit`` asks again, and LENGTH is then where the end rests
+    if c[0] > 0.0:
+        q[LENGTH] = _rested(q, c, s)[0]
 
 
 def initial(q: Array, c: Array, p: Array, s: Array, ds: Array) -> None:
