@@ -26,9 +26,9 @@ def _places(numbers: list[int]) -> Any:
 class Robot:
     """Bodies of MuJoCo, and muscles on its tendons.
 
-    Each muscle has a tendon and a ``general`` actuator of its own name (gain -1, affine bias 0 0 0). Of a tendon's
-    length the muscle is a part; the rest is a cable that does not stretch. The model's integrator is ``implicitfast``
-    or ``implicit``.
+    Each muscle has a tendon and, acting on it, a ``general`` actuator of its own name (gain -1, affine bias 0 0 0; no
+    gear and no range, which would make another force of the tension). Of a tendon's length the muscle is a part; the
+    rest is a cable that does not stretch. The model's integrator is ``implicitfast`` or ``implicit``.
 
     Args:
         model: a name of ``models.ROBOTS``, an MJCF file, or MuJoCo's compiled model, which is then this robot's own.
@@ -47,7 +47,7 @@ class Robot:
         kinds = self._mj.mjtObj
         tendons = [self._number(kinds.mjOBJ_TENDON, name, 'tendon') for name in self.names]
         actuators = [self._number(kinds.mjOBJ_ACTUATOR, name, 'actuator') for name in self.names]
-        self._check(actuators)
+        self._check(tendons, actuators)
         self._tendon, self._actuator = _places(tendons), _places(actuators)
         self.tendons = Tendons(list(muscles.values()))
         self._step = float(self.model.opt.timestep)
@@ -64,17 +64,38 @@ class Robot:
             raise BadInput(f"the robot has no {what} '{name}'{nearest(name, known)}")
         return number
 
-    def _check(self, actuators: Sequence[int]) -> None:
+    def _check(self, tendons: Sequence[int], actuators: Sequence[int]) -> None:
         integrators = self._mj.mjtIntegrator
         if self.model.opt.integrator not in (integrators.mjINT_IMPLICITFAST, integrators.mjINT_IMPLICIT):
             raise BadInput("the robot's integrator is explicit in velocities; expected integrator='implicitfast'")
-        for name, k in zip(self.names, actuators, strict=True):
-            affine = self.model.actuator_biastype[k] == self._mj.mjtBias.mjBIAS_AFFINE
-            if not affine or self.model.actuator_gainprm[k, 0] != -1.0:
+        for name, tendon, k in zip(self.names, tendons, actuators, strict=True):
+            found = self._unlike(tendon, k)
+            if found:
                 raise BadInput(
-                    f"actuator '{name}' is no muscle's; expected <general name='{name}' tendon='{name}' "
-                    f"biastype='affine' gainprm='-1' biasprm='0 0 0'/>"
+                    f"actuator '{name}' {found}, which is no muscle's; expected <general name='{name}' "
+                    f"tendon='{name}' biastype='affine' gainprm='-1' biasprm='0 0 0'/>"
                 )
+
+    def _unlike(self, tendon: int, k: int) -> str:
+        """What makes an actuator pull with another force than it is told, or elsewhere; '' where nothing does.
+
+        The third number of its bias is this robot's own: there the slope of each step is written.
+        """
+        mj, model = self._mj, self.model
+        gear, gain, bias = model.actuator_gear[k, 0], model.actuator_gainprm[k, 0], model.actuator_biasprm[k, :2]
+        elsewhere = model.actuator_trntype[k] != mj.mjtTrn.mjTRN_TENDON or model.actuator_trnid[k, 0] != tendon
+        unlike = {
+            'does not act on the tendon of its name': elsewhere,
+            f'has gear {gear:g}': gear != 1.0,
+            f'has gainprm {gain:g}': gain != -1.0,
+            'has a gain that is not fixed': model.actuator_gaintype[k] != mj.mjtGain.mjGAIN_FIXED,
+            'has a bias that is not affine': model.actuator_biastype[k] != mj.mjtBias.mjBIAS_AFFINE,
+            f'has biasprm {bias[0]:g} {bias[1]:g}': bias.any(),
+            'has a dyntype': model.actuator_dyntype[k] != mj.mjtDyn.mjDYN_NONE,
+            'has a ctrlrange': model.actuator_ctrllimited[k],
+            'has a forcerange': model.actuator_forcelimited[k],
+        }
+        return next((said for said, so in unlike.items() if so), '')
 
     # State
 

@@ -1,5 +1,6 @@
 """Muscles on the tendons of a simulated robot: the muscle's own law, stable, with its energy accounted for."""
 
+import re
 import subprocess
 import sys
 from itertools import pairwise
@@ -181,6 +182,32 @@ def test_what_does_not_fit_is_said():
         weight().advance(0.003, [0.0])
     with pytest.raises(BadInput, match="no muscle 'musle'; did you mean 'muscle'"):
         weight().cut_wire('musle')
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'said'),
+    [
+        ('gear="2"', 'has gear 2'),
+        ('ctrlrange="0 0.2"', 'has a ctrlrange'),
+        ('forcerange="-0.2 0"', 'has a forcerange'),
+        ('biasprm="0.1 0 0"', 'has biasprm 0.1 0'),
+        ('dyntype="filter" dynprm="0.1"', 'has a dyntype'),
+        ('gaintype="affine"', 'has a gain that is not fixed'),
+        ('joint="lift"', 'does not act on the tendon of its name'),
+        ('tendon="other"', 'does not act on the tendon of its name'),
+    ],
+)
+def test_an_actuator_that_would_pull_with_another_force_is_refused(wrong, said):
+    """It gets the tension of the muscle, and the book and the muscle take it to be what pulls."""
+    text = WEIGHT.format(step=0.002, integrator='implicitfast', mass=0.04, gain=-1)
+    other = '<spatial name="other"><site site="ceiling"/><site site="hook"/></spatial></tendon>'
+    for given in ('tendon', 'biasprm'):
+        if wrong.startswith((given, 'joint')):
+            text = re.sub(rf' {given}="(muscle|0 0 0)"', '', text)
+    text = text.replace('</tendon>', other).replace('biastype="affine"', f'biastype="affine" {wrong}')
+    with pytest.raises(BadInput, match=f"actuator 'muscle' {said}, which .* expected <general") as refused:
+        made(mujoco.MjModel.from_xml_string(text), ('muscle',))
+    assert '\n' not in str(refused.value)
 
 
 def test_a_motion_without_bounds_ends_with_one_line(tmp_path, monkeypatch):
