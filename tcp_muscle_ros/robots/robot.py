@@ -106,14 +106,15 @@ class Robot:
 
     def reset(self, pose: Mapping[str, float] | None = None) -> None:
         """At rest in a pose (rad or m, by joint; default: the model's own), muscles whole and at the ambient."""
-        for muscle in self.tendons.muscles:
-            muscle.imposed[at.IN_HELD] = 1.0
-            muscle.reset()
         self._mj.mj_resetData(self.model, self.data)
         for name, value in (pose or {}).items():
             self.data.qpos[self.place(name)] = value
         self._mj.mj_forward(self.model, self.data)
-        self.tendons.begin(self.lengths())
+        lengths = self.lengths()
+        for muscle, length in zip(self.tendons.muscles, lengths, strict=True):  # what creeps rests at its length there
+            muscle.imposed[at.IN_HELD], muscle.imposed[at.IN_WALL] = 1.0, length
+            muscle.reset()
+        self.tendons.begin(lengths)
         self._connected[:] = 1.0
 
     def take(self, muscles: Sequence[Muscle]) -> None:

@@ -210,6 +210,22 @@ def test_an_actuator_that_would_pull_with_another_force_is_refused(wrong, said):
     assert '\n' not in str(refused.value)
 
 
+@pytest.mark.parametrize('pose', [{}, {'knuckle': 0.8}])
+def test_a_reset_forgets_the_pose_before(pose):
+    """A muscle that creeps is settled at its length in the new pose, whatever it was in the last."""
+    creeps = PAPER.replace({'creep.J': 0.4}).with_effects('creep')
+    fresh, used = made('finger', FINGER, creeps), made('finger', FINGER, creeps)
+    mounted = fresh.tensions.copy()
+    used.step([0.25, 0.0, 0.25, 0.0], 500)
+    for it in (fresh, used):
+        it.reset(pose)
+    first = fresh.tensions.copy()
+    assert np.array_equal(used.tensions, first)
+    fresh.reset(pose)
+    assert np.array_equal(fresh.tensions, first)
+    assert pose or first == pytest.approx(mounted, rel=1e-9)
+
+
 def test_a_motion_without_bounds_ends_with_one_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # MuJoCo writes a log of its own where it runs
     it = weight()
