@@ -23,17 +23,23 @@ _DECLARED_BY_RCLPY = ('use_sim_time', 'start_type_description_service')
 _LARGEST_INTEGER = 2**63 - 1
 
 
+def _is_a_law(name: str, edge: Edge) -> bool:
+    """Whether it says which law an effect follows that has states: to another law those of the first mean nothing."""
+    return bool(edge.row.choices) and bool(EFFECTS[name.partition('.')[0]].states)
+
+
 def _of_the_muscle(name: str, edge: Edge) -> Operating:
     row, default = edge.row, edge.default
     meaning = f'{edge.meaning}; {edge.source}'
+    fixed = name in GEOMETRY or _is_a_law(name, edge)
     if isinstance(default, tuple):
         many = Operating(name, default, edge.unit, meaning, BOTH, row.low, row.high, same_as=edge.follows)
         return replace(many, fewest=edge.fewest, most=len(edge.members))
     if isinstance(default, str):
-        return Operating(name, default, '', meaning, BOTH, choices=row.choices)
+        return Operating(name, default, '', meaning, BOTH, choices=row.choices, read_only=fixed)
     # Zero stands for "derived from the others" where the table says so: then the bounds must reach it.
     low, high = min(row.edge_low, default), max(row.edge_high, default)
-    return Operating(name, default, edge.unit, meaning, BOTH, low, high, read_only=name in GEOMETRY)
+    return Operating(name, default, edge.unit, meaning, BOTH, low, high, read_only=fixed)
 
 
 KNOWN: Mapping[str, Operating] = {

@@ -62,7 +62,7 @@ def test_sim_node_has_tables_as_arrays_and_changes_them_as_a_whole(bench, file):
         return reply.result.reason
 
     assert "'free_stroke.value'" in (said := change(at=[300.0, 310.0])) and 'expected as many' in said
-    assert 'did you mean' in change(driver='tempreature')
+    assert change(driver='time').startswith("parameter 'free_stroke.driver' is 'temperature' as long as the node runs")
     assert change(at=[300.0, 310.0], value=[0.0, -5e-3], cooling=[0.0, -5e-3]) == ''
     wanted = shown(model.replace({f'free_stroke.{n}_{k}': v for n, (a, b) in (
         ('at', (300.0, 310.0)), ('value', (0.0, -5e-3)), ('cooling', (0.0, -5e-3)),

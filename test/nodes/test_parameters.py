@@ -37,6 +37,23 @@ def test_a_rig_is_what_the_instruments_show_and_a_wrong_one_is_one_line(tmp_path
         read({'rig_file': str(path)}, SIM).muscle()
 
 
+@pytest.mark.parametrize(
+    ('name', 'stays'),
+    [
+        ('hysteresis.law', True),
+        ('clock_skew.channel', True),
+        ('free_delay.stage', True),
+        ('free_slow_state.driver', True),
+        ('free_resistance.driver', False),  # without states there is nothing to misread
+        ('hysteresis.w', False),
+        ('mode', False),
+    ],
+)
+def test_which_law_an_effect_follows_stays_as_long_as_the_node_runs(name, stays):
+    """The states of one law are not those of another: a late temperature, read as a current, melts the muscle."""
+    assert descriptor(KNOWN[name]).read_only is stays
+
+
 def test_every_default_is_within_its_own_bounds_and_has_a_descriptor():
     for name, row in KNOWN.items():
         assert read_value(row, row.default) == row.default, name
