@@ -208,6 +208,11 @@ class Muscle:
         self._velocity = 0.0
         self._last = self.advance(0.0).displacement
 
+    def go_on_from(self, before: 'Muscle') -> None:
+        """Move on as another did, from where this one is now: by taking its place it has not moved."""
+        self._velocity = before._velocity
+        self._last = self.advance(0.0).displacement
+
     def _impose(self, drive: float, kind: str, load: float | None, ambient: float | None) -> None:
         number = _kind(kind)
         self.imposed[at.IN_DRIVE] = _finite(kind, drive, 'AWV'[number], signed=number != POWER)

@@ -99,7 +99,8 @@ class SimMuscle(SafeMuscle):
         if settings['end'] == 'load':  # a softer coil lets its load hang lower
             self.muscle.imposed[IN_ZERO] = before.imposed[IN_ZERO]
         self.muscle.impose(self._load, self._ambient)
-        self.node.gather()
+        self.node.gather()  # a joint or a robot gives it its length
+        self.muscle.go_on_from(before)
         self._apply_sensors()
 
     def _apply_sensors(self) -> None:

@@ -36,6 +36,19 @@ def simulated(end='load'):
     return simulate(A, TIME, CURRENT, load=LOAD, ambient=AMBIENT, **OPTIONS[end])
 
 
+@pytest.mark.parametrize('end', ENDS)
+def test_one_that_takes_the_place_of_another_moves_on_as_that_did(end):
+    """As where a parameter is changed on the way: where it was before counts for nothing but its speed."""
+    first = Muscle(A, load=0.5, **OPTIONS[end])
+    for _ in range(500):
+        speed = first.step(0.01, 0.25).velocity
+    second = Muscle(A.replace(k0=1.1 * A['k0']), load=0.5, **OPTIONS[end])
+    second.state[:] = first.state
+    second.go_on_from(first)
+    assert second.reading(0.25).velocity == speed
+    assert second.step(0.01, 0.25).velocity == pytest.approx(speed, rel=0.1)
+
+
 # --- one model -------------------------------------------------------------------------------------------------------
 
 

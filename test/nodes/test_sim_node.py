@@ -195,6 +195,20 @@ def test_parameters_can_be_looked_at_and_changed_while_it_runs(bench, sim):
     assert values[0].double_value == 0.01933
 
 
+def test_a_parameter_that_is_set_does_not_move_it(bench, sim):
+    """What it is now is not what it was before the heating: of that the velocity knows nothing."""
+    parameters = [Parameter('command_timeout_s', value=0.6).to_parameter_msg()]
+    with bench.repeating(bench.speaker('/shared/current_command'), 0.27):
+        bench.until(lambda: sim.displacement.last.data > 0.005, 'it does not contract')
+        begun = time.monotonic()
+        assert sim.call(SetParameters, 'set_parameters', parameters=parameters).results[0].successful
+        bench.until(lambda: len(sim.joints.since(begun)) > 50, 'too few ticks')
+    fastest = max(abs(message.velocity[0]) for message in sim.joints.since(begun))
+    assert 1e-4 < fastest < 0.02, fastest
+    parameters = [Parameter('command_timeout_s', value=0.5).to_parameter_msg()]
+    assert sim.call(SetParameters, 'set_parameters', parameters=parameters).results[0].successful
+
+
 def test_a_change_is_taken_as_at_the_start_and_refused_in_the_same_words(bench, sim):
     def change(name, value):
         parameters = [Parameter(name, value=value).to_parameter_msg()]
