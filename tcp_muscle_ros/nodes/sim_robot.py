@@ -61,7 +61,8 @@ class SimRobot:
             self._owed -= steps * self._step
             self.robot.step(currents, steps)
         rows = self.robot.tendons.shown.tolist()
-        return [muscle.muscle.shown(row, dt) for muscle, row in zip(self._muscles, rows, strict=True)]
+        moved = steps * self._step  # s; the simulator's steps, of which a tick may see none, are not the ticks
+        return [muscle.muscle.shown(row, moved) for muscle, row in zip(self._muscles, rows, strict=True)]
 
 
 class RobotJoint:

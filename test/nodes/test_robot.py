@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,6 +17,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import Image, JointState, Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
+
+from tcp_muscle_ros.muscle import Muscle, Parameters
+from tcp_muscle_ros.nodes.sim_robot import SimRobot
 
 pytestmark = pytest.mark.processes
 ROOT = Path(__file__).resolve().parents[2]
@@ -119,6 +123,20 @@ def test_a_setpoint_beyond_the_ball_is_said_not_to_be_reached_and_the_documents_
         bench.until(lambda: abs(angle() - wanted) < 0.002, "the document's setpoint is not reached", 60.0)
         bench.until(lambda: status().message == 'driven' and status().level == DiagnosticStatus.OK, 'still said', 5.0)
     assert [node.end(2) for node in nodes] == [0, 0]
+
+
+@pytest.mark.parametrize('dt', [0.001, 0.0032, 0.01])
+def test_a_velocity_is_that_of_the_simulators_time_at_any_rate_of_ticks(dt):
+    """Ticks of which some see no step of the simulator, or one more than the last, are no jerks of the muscle."""
+    model = Parameters.named('karami_tadesse_2017')
+    muscles = {name: SimpleNamespace(muscle=Muscle(model, end='blocked', load=0.4)) for name in MUSCLES}
+    it = SimRobot('finger', muscles)
+    for _ in range(round(1.5 / dt)):
+        it.step(dt, [0.25, 0.0, 0.25, 0.0])
+    seen = [it.step(dt, [0.25, 0.0, 0.25, 0.0])[2].velocity for _ in range(6)]
+    arm, turned = it.robot.moment_arm('middle_flexor', 'middle'), it.robot.data.qvel[it.robot.speed_place('middle')]
+    assert abs(arm * turned) > 1e-3
+    assert seen == pytest.approx([arm * turned] * 6, rel=0.1)
 
 
 @pytest.mark.parametrize(
