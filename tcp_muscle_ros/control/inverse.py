@@ -5,10 +5,13 @@ length that was measured under the present load. z* of the setpoint goes through
 map is wrong (stroke gain, stiffness) the error is in both and z = z* still means that the setpoint is met.
 """
 
+from math import inf
+
 from tcp_muscle_ros.muscle import Parameters, length_at, shortening, temperature_for_length
 from tcp_muscle_ros.muscle.mechanical import DOMAIN_HIGH
 
 _STEP = 0.05  # K, half of the difference that gives a slope
+_RESERVE = 2.0  # K short of a turn: at it the length does not say how warm the muscle is, beyond it the contrary
 
 
 class Inverse:
@@ -25,10 +28,16 @@ class Inverse:
     def furthest(self, load: float) -> float | None:
         """The contraction (m) beyond which heating lengthens the muscle again; None where it never does.
 
-        A table may say so (``free_stroke``). A setpoint beyond it has no temperature on the branch that is used.
+        It does where softening overtakes the contraction, under a heavy load, or where a table says so
+        (``free_stroke``). A setpoint beyond it has no temperature on the branch that is used.
         """
         _, high = shortening(self._model, load)
         return None if high >= DOMAIN_HIGH else self.displacement(high, load)
+
+    def hottest(self, load: float) -> float:
+        """Up to which temperature (K) a position can be held by its feedback; inf where heating never lengthens."""
+        _, high = shortening(self._model, load)
+        return inf if high >= DOMAIN_HIGH else high - _RESERVE
 
     def slope(self, temperature: float, load: float) -> float:
         """How much further the muscle contracts a kelvin, m/K; at least a tenth of what it does at T0 unloaded."""

@@ -236,7 +236,7 @@ class TrackingController:
 
     def _highest(self) -> float:
         settles = self._observer.steady_temperature(self.current_limit, self._ambient)
-        return min(self.settings.temperature_limit, settles)
+        return min(self.settings.temperature_limit, settles, self._inverse.hottest(self._load))
 
     def _track(self, setpoint: float, target: float, shaped: bool) -> float:
         observer = self._observer

@@ -32,6 +32,7 @@ _STIFFNESS_READY, _STIFFNESS_PIECES, _SOFTEST = (
 _BY_TEMPERATURE, _BY_FORCE = free_stroke.BY_TEMPERATURE, free_stroke.BY_FORCE  # in both laws
 _BY_RATE, _BY_CURRENT, _BY_POWER = free_stroke.BY_RATE, free_stroke.BY_CURRENT, free_stroke.BY_POWER
 _STEP = 1.0  # K, by which a branch is looked for
+_SLOPE, _HALVINGS = 1e-3, 20  # K, over which a slope is seen where a branch ends, and what finds its end to 2e-6 K
 
 
 def critical_current(p: Parameters) -> float:
@@ -97,33 +98,72 @@ def _lengths(p: Array, temperature: Array, force: Array, out: Array) -> None:
         out[k] = _length(p, temperature[k], force[k])
 
 
+@inner
+def _turn(p: Array, force: float, inside: float, outside: float) -> float:
+    """Where (K) the length ceases to fall with T between a temperature at which it does and one beyond the turn."""
+    back = _SLOPE if inside < outside else -_SLOPE  # towards the inside: beyond an edge of the domain the law differs
+    if (_length(p, outside - back, force) - _length(p, outside, force)) * back > 0.0:
+        return outside
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (inside + outside)
+        if (_length(p, middle - back, force) - _length(p, middle, force)) * back > 0.0:
+            inside = middle
+        else:
+            outside = middle
+    return inside
+
+
+@inner
+def _begin(p: Array, force: float) -> float:
+    """The temperature (K) from which on heating shortens the muscle: T0, or where a table or softening lets it."""
+    rest: float = max(p[_T0], DOMAIN_LOW)
+    begin = rest
+    while begin + _STEP < DOMAIN_HIGH:
+        if _length(p, begin + _STEP, force) < _length(p, begin, force):
+            return _turn(p, force, begin + _STEP, max(begin - _STEP, rest))
+        begin += _STEP
+    return rest  # it does nowhere: then no warmth is of use
+
+
+@inner
+def _walk(p: Array, force: float, begin: float, step: float, height: float) -> float:
+    """From a temperature (K) by steps (K, either way) to the end of the stretch on which the length falls with T.
+
+    No further than to the first step past ``height`` (m): who asks for a length need not know where the stretch ends.
+    """
+    here, long = begin, _length(p, begin, force)
+    near = _SLOPE if step > 0.0 else -_SLOPE
+    if (long - _length(p, begin + near, force)) * step <= 0.0:  # it turns here, and a whole step may hide it
+        return begin
+    while (long - height) * step > 0.0:
+        ahead = min(max(here + step, DOMAIN_LOW), DOMAIN_HIGH)
+        there = _length(p, ahead, force)
+        if (long - there) * step <= 0.0:  # it turns within a step of here, ahead or behind
+            return _turn(p, force, begin if here == begin else here - step, ahead)
+        here, long = ahead, there
+    return here
+
+
 @entry
 def _branch(p: Array, force: float) -> tuple[float, float]:
     """The temperatures (K) between which heating shortens the muscle; of several such stretches the first from T0 on.
 
-    The paper's own model shortens all over the domain; a table need not.
+    It need not do so all over the domain: under a heavy load softening overtakes the contraction, and a table may
+    turn anywhere.
     """
-    low, high = DOMAIN_LOW, DOMAIN_HIGH
-    if p[_STROKE_READY] == 0.0 and p[_STIFFNESS_READY] == 0.0:
-        return low, high
-    begin = p[_T0]
-    while begin + _STEP < high and _length(p, begin + _STEP, force) >= _length(p, begin, force):
-        begin += _STEP
-    end = begin
-    while end + _STEP < high and _length(p, end + _STEP, force) < _length(p, end, force):
-        end += _STEP
-    if end + _STEP >= high and _length(p, high, force) < _length(p, end, force):
-        end = high
-    while begin - _STEP > low and _length(p, begin - _STEP, force) > _length(p, begin, force):
-        begin -= _STEP
-    return begin if begin - _STEP > low else low, end
+    begin = _begin(p, force)
+    return _walk(p, force, begin, -_STEP, inf), _walk(p, force, begin, _STEP, -inf)
 
 
 @entry
 def _invert(p: Array, height: float, force: float) -> float:
     """Bisect T on the branch on which the length falls with T."""
-    low, high = _branch(p, force)
-    for _ in range(60):
+    low = high = _begin(p, force)
+    if _length(p, low, force) > height:
+        high = _walk(p, force, low, _STEP, height)
+    else:
+        low = _walk(p, force, high, -_STEP, height)
+    for _ in range(50):
         middle = 0.5 * (low + high)
         if _length(p, middle, force) > height:
             low = middle
@@ -154,14 +194,17 @@ def stiffness(p: Parameters, temperature: ArrayLike) -> Array:
 def temperature_for_length(p: Parameters, height: float, force: float) -> float:
     """The temperature (K) at which the muscle has this length (m) under this tension (N).
 
-    Between 0 and 120 degC, and where a free law turns the stroke back, on the first branch (``shortening``); the nearer
-    end of it for lengths that no temperature in it gives.
+    On the branch on which heating shortens it (``shortening``), which is within 0 to 120 degC; the nearer end of it for
+    lengths that no temperature in it gives.
     """
     return float(_invert(p.vector, float(height), float(force)))
 
 
 def shortening(p: Parameters, force: float) -> tuple[float, float]:
-    """The temperatures (K) between which heating shortens the muscle under this tension (N); the first such stretch."""
+    """The temperatures (K) between which heating shortens the muscle under this tension (N); the first such stretch.
+
+    It ends at 120 degC, or where softening or a free law turns the stroke back; at T0 where heating shortens nowhere.
+    """
     low, high = _branch(p.vector, float(force))
     return float(low), float(high)
 

@@ -335,7 +335,7 @@ class ControlledMuscle(SafeMuscle):
             shaped = self._command.shaped_setpoint
             if self._setpoint - shaped > _FINE['displacement']:
                 yield (
-                    f'setpoint {self._setpoint:.4g} m is beyond reach: {shaped:.4g} m is the most at '
+                    f'setpoint {self._setpoint:.4g} m is beyond reach: {shaped:.4g} m is the most under its load at '
                     f'{self.settings["current_limit_a"]:g} A and {self.settings["derate_temperature_c"]:g} degC'
                 )
             elif shaped - self._setpoint > _RELEASED:

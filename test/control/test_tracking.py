@@ -187,6 +187,35 @@ def test_says_how_far_the_muscle_can_follow():
     assert controller.update(0.02, displacement=0.0, applied_current=0.0).shaped_setpoint == 0.02
 
 
+HEAVY = [(2.5, 0.31), (3.0, 0.27)]  # N and A: softening overtakes the contraction before 100 degC
+
+
+def under_a_heavy_load(load, limit, share):
+    """The last 10 s of a run to a share of the furthest, and the furthest (m)."""
+    furthest = Inverse(MODEL, load).furthest(load)
+    wanted = np.full(6000, share * furthest)
+    sensors = Sensors(displacement_noise=1e-5)
+    controller = study.controller(MODEL, limit, load=load)
+    happened = run(controller, Muscle(MODEL, load=load), study.PERIOD, wanted, sensors=sensors)
+    return happened.displacement[5000:], happened.shaped[-1], furthest
+
+
+@pytest.mark.parametrize(('load', 'limit'), HEAVY)
+@pytest.mark.parametrize('share', [0.97, 0.99])
+def test_settles_near_the_furthest_under_a_heavy_load(load, limit, share):
+    x, shaped, furthest = under_a_heavy_load(load, limit, share)
+    assert shaped == share * furthest
+    assert np.abs(x - shaped).max() < 5e-5
+
+
+@pytest.mark.parametrize(('load', 'limit'), HEAVY)
+def test_beyond_the_furthest_it_holds_what_it_can(load, limit):
+    """A load may come when the setpoint is there already."""
+    x, shaped, furthest = under_a_heavy_load(load, limit, 1.1)
+    assert furthest - 1e-4 < shaped < furthest
+    assert np.abs(x - shaped).max() < 5e-5
+
+
 def perhaps(low, high):
     return st.none() | st.floats(low, high)
 

@@ -4,7 +4,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from muscle.reference import SET_A
 
@@ -16,6 +16,7 @@ from tcp_muscle_ros.muscle import (
     length,
     length_at,
     resistance,
+    shortening,
     steady_current,
     steady_temperature,
     stiffness,
@@ -76,12 +77,39 @@ def test_no_current_cools():
     assert steady_current(A, 300.0, ambient=300.0) == 0.0
 
 
-@given(st.floats(23.0, 119.0), st.floats(0.0, 1.0))
-def test_temperature_for_length_undoes_length(celsius, force):
-    height = float(length(A, celsius + ZERO_CELSIUS, force))
-    # Under about 1 N it softens faster than it contracts above 117 degC: two temperatures have one length there.
-    assume(float(length(A, 120.0 + ZERO_CELSIUS, force)) < height)
-    assert temperature_for_length(A, height, force) - ZERO_CELSIUS == pytest.approx(celsius, abs=1e-8)
+@given(st.floats(0.0, 1.0), st.floats(0.0, 5.0) | st.floats(5.0, 6.0))  # under 5.6 N it turns at T0
+def test_temperature_for_length_undoes_length(share, force):
+    low, high = shortening(A, force)
+    kelvin = low + share * (high - low)
+    height = length_at(A, kelvin, force)
+    found = temperature_for_length(A, height, force)
+    assert length_at(A, found, force) == pytest.approx(height, abs=1e-15)
+    # Where the length turns it says little about the temperature.
+    assert found == pytest.approx(kelvin, abs=1e-8 if kelvin < high - 1.0 else 2e-3)
+
+
+@pytest.mark.parametrize('force', [0.0, 0.588, 0.98, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0])
+def test_under_a_heavy_load_softening_overtakes_the_contraction(force):
+    low, high = shortening(A, force)
+    kelvin = np.arange(0.0, 120.001, 0.01) + ZERO_CELSIUS
+    assert low == ZERO_CELSIUS
+    assert high == pytest.approx(kelvin[np.argmin(length(A, kelvin, force))], abs=0.011)
+    assert (high == kelvin[-1]) == (force < 0.9)
+
+
+def test_where_heating_shortens_nowhere_no_warmth_is_of_use():
+    T0 = A['T0']
+    assert shortening(A, 8.0) == (T0, T0)
+    assert temperature_for_length(A, length_at(A, 350.0, 8.0), 8.0) == temperature_for_length(A, 0.0, 8.0) == T0
+
+
+def test_a_branch_begins_where_heating_begins_to_shorten():
+    p = Parameters.named('sun_zhao_2021')
+    for force in (0.0, 3.0, 5.0, 10.0):
+        low, high = shortening(p, force)
+        assert high == ZERO_CELSIUS + 120.0
+        kelvin = np.linspace(ZERO_CELSIUS, high, 5000)
+        assert low == pytest.approx(kelvin[np.argmax(length(p, kelvin, force))], abs=0.03)
 
 
 def test_one_length_is_the_same_to_the_last_bit_as_in_an_array():

@@ -89,6 +89,20 @@ def test_what_has_flowed_has_heated_the_muscle_whatever_happens_to_the_feedback(
     assert 95.0 < driven.hottest < 100.5
 
 
+@pytest.mark.parametrize('begun', [('-p', 'load_n:=3.0')], indirect=True)
+def test_what_softening_puts_out_of_reach_under_a_heavy_load_is_refused(begun):
+    driven = Driven(begun)
+    controlled = driven.controlled
+    controlled.take_setpoint(Float64(data=0.0155))
+    controlled.take_setpoint(Float64(data=0.0175))
+    assert controlled._setpoint == 0.0155 and controlled.refused_inputs == {'displacement_setpoint': 1}
+    driven.runs(40.0, lambda reading: reading.displacement)
+    assert controlled._watch.value == pytest.approx(0.0155, abs=2e-5)
+    controlled._take_load(Float64(data=0.5))
+    controlled.take_setpoint(Float64(data=0.0175))
+    assert controlled._setpoint == 0.0175, 'a lighter load gives way further'
+
+
 @pytest.mark.parametrize('begun', [STRONG], indirect=True)
 def test_a_sensor_that_is_stuck_and_slower_than_the_timeout_does_not_burn_the_muscle(begun):
     driven = Driven(begun)
