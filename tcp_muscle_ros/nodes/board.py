@@ -124,7 +124,7 @@ class Board:
                 asked = current
                 break
         share, most = _TOLERANCE
-        if heard.current <= asked * (1.0 + share) + most:
+        if abs(heard.current) <= asked * (1.0 + share) + most:  # either way round it heats
             self._too_much_since = None
         elif self._too_much_since is None:
             self._too_much_since = now

@@ -157,13 +157,15 @@ class ControlledMuscle(SafeMuscle):
                 self.refused_inputs[self._watch.name] += 1
 
     def _take_force(self, message: Float64) -> None:
-        if self.accept('force', message.data, like='load_n'):
-            self._tension.take(message.data)
-            self._load = message.data
+        if self.accept_measured('force', message.data, like='load_n'):
+            self._load = max(0.0, message.data)  # a muscle cannot push: below 0 is a slack one, and the cell's zero
+            self._tension.take(self._load)
 
     def _take_current(self, message: Float64) -> None:
-        if self.accept('current', message.data, like='current_limit_a'):
-            self._current.take(message.data)
+        if self.accept_measured('current', message.data, like='current_limit_a'):
+            # Either way round it heats: -1 mA of an ammeter's zero is next to nothing like 1 mA, and what flows through
+            # one that is connected the other way is not to be taken for no current, and the muscle for a cold one.
+            self._current.take(abs(message.data))
 
     def _take_temperature(self, message: Temperature) -> None:
         if self.within('temperature', message.temperature, -ZERO_CELSIUS, _HOTTEST_READING, 'degC'):

@@ -1,6 +1,7 @@
 """The controller's node in this process, with a muscle that it drives tick by tick: what keeps it from burning."""
 
 import os
+from math import inf, nan
 from types import SimpleNamespace
 
 import pytest
@@ -153,8 +154,40 @@ def test_a_thermometer_of_one_reading_a_second_keeps_a_muscle_from_getting_too_h
     assert 95.0 < driven.hottest < 110.0 and driven.controlled.safety.state.value != 'fault'
 
 
-def turned(controller, simulated, clock, seconds):
-    """The angle that a joint then has."""
+@pytest.mark.parametrize('begun', [()], indirect=True)
+def test_a_driver_that_is_disabled_is_noticed_by_an_ammeter_whose_zero_is_below_0(begun):
+    driven = Driven(begun)
+    controlled = driven.controlled
+    controlled._setpoint = 0.03
+    driven.runs(10.0, lambda reading: reading.displacement, current=-1e-3)
+    assert controlled.refuses and not controlled.refused_inputs
+    assert controlled._fibre == pytest.approx(23.0 + ZERO_CELSIUS, abs=0.1), 'a cold muscle'
+
+
+@pytest.mark.parametrize('begun', [()], indirect=True)
+def test_what_flows_through_an_ammeter_that_is_the_other_way_round_heats(begun):
+    driven = Driven(begun)
+    controlled = driven.controlled
+    controlled._setpoint = 0.03
+    driven.runs(10.0, lambda reading: reading.displacement, current=-0.25)
+    assert not controlled.refuses and not controlled.refused_inputs
+    assert controlled._fibre - ZERO_CELSIUS == pytest.approx(driven.hottest, abs=0.5)
+    assert driven.hottest > 40.0
+
+
+@pytest.mark.parametrize('begun', [()], indirect=True)
+def test_of_what_is_measured_nonsense_is_refused_and_of_a_load_that_is_told_what_is_below_0(begun):
+    (muscle,) = begun[0](ControllerNode).muscles
+    for value in (nan, -inf, -2e3, 2e3):
+        muscle._take_current(Float64(data=value))
+        muscle._take_force(Float64(data=value))
+    muscle._take_load(Float64(data=-2e-3))
+    assert muscle.refused_inputs == {'current': 4, 'force': 4, 'load': 1}
+    assert muscle._current.value is muscle._tension.value is muscle._load is None
+
+
+def turned(controller, simulated, clock, seconds, zero=0.0):
+    """The angle that a joint then has, with cells that show so much (N) more than the tension."""
     (joint,) = controller._joints.values()
     (turns,) = simulated._joints
     for _ in range(round(seconds / PERIOD)):
@@ -163,7 +196,7 @@ def turned(controller, simulated, clock, seconds):
         joint._take_angle(Float64(data=turns.joint.angle))
         for muscle, true in zip(controller.muscles, simulated.muscles, strict=True):
             muscle._take_temperature(Temperature(temperature=true._shown[0] - ZERO_CELSIUS))
-            muscle._take_force(Float64(data=true._shown[3]))
+            muscle._take_force(Float64(data=true._shown[3] + zero))
             muscle._take_current(Float64(data=true.current))
         controller.work(0, PERIOD, clock.now, False)
         for muscle, true in zip(controller.muscles, simulated.muscles, strict=True):
@@ -184,6 +217,22 @@ def test_a_joint_whose_muscles_have_another_model_goes_to_its_angle(begun, tmp_p
         path = Parameter(f'{muscle.name}.model_file', value=str(tmp_path / 'other.yaml'))
         assert controller.set_parameters([path])[0].successful
     assert turned(controller, simulated, clock, 90.0) == pytest.approx(0.4, abs=2e-3)
+
+
+@pytest.mark.parametrize('begun', [ANTAGONIST], indirect=True)
+def test_a_slack_muscle_whose_cell_shows_less_than_nothing_does_not_stop_its_joint(begun):
+    made, clock = begun
+    controller, simulated = made(ControllerNode), made(SimNode)
+    (joint,) = controller._joints.values()
+    joint.setpoint = 0.2
+    turned(controller, simulated, clock, 5.0)
+    _, extensor = controller.muscles
+    for muscle, shown in zip(controller.muscles, (0.9, -2e-3), strict=True):
+        muscle._take_force(Float64(data=shown))
+    clock.now += PERIOD
+    controller.work(0, PERIOD, clock.now, False)
+    assert extensor.tension(clock.now) == 0.0 and not extensor.silent and not joint._idle
+    assert turned(controller, simulated, clock, 60.0, zero=-2e-3) == pytest.approx(0.2, abs=2e-3)
 
 
 @pytest.mark.parametrize('begun', [ANTAGONIST], indirect=True)

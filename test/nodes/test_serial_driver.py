@@ -242,7 +242,7 @@ def test_a_cut_cable_stops_the_current_and_a_new_one_is_found(bench, rig):
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize('fault', ['reset', 'excess'])
+@pytest.mark.parametrize('fault', ['reset', 'excess', 'reversed'])
 def test_what_must_be_looked_at_first_latches(bench, rig, fault):
     with bench.repeating(rig.command, 0.1) as change:
         rig.flows()
@@ -250,8 +250,8 @@ def test_what_must_be_looked_at_first_latches(bench, rig, fault):
             rig.board.start_again()
             rig.stops('the board started again in the middle of its work')
         else:
-            rig.board.extra = 0.1
-            rig.stops('the board gives 0.200 A where 0.100 A was asked for')
+            rig.board.extra, gives = (0.1, '0.200') if fault == 'excess' else (-0.3, '-0.200')
+            rig.stops(f'the board gives {gives} A where 0.100 A was asked for')
             rig.board.extra = 0.0
         rig.is_told_0_for_a_second()  # while 0.1 A are asked for
         change(0.0)
