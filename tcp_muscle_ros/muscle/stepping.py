@@ -354,12 +354,13 @@ def settle(x: Array, u: Array, p: Array, on: Mask, q: Array, work: Array, temper
         x[j] = 0.0
     x[X_TEMPERATURE] = temperature
     drive, u[IN_DRIVE] = u[IN_DRIVE], 0.0
-    before = -1.0
-    for k in range(100):  # held ends: force and creep find each other within a few rounds
+    before, pulled = -1.0, -1.0
+    for k in range(100):  # held ends: force and creep find each other within a few rounds, a blocked one by the force
         _show(x, u, p, on, q, work)
-        if k > 1 and q[LENGTH] == before:  # a late clock has long shown what a bead shows once it is at rest
+        still = q[LENGTH] == before and abs(q[FORCE] - pulled) <= 1e-12 * q[FORCE]
+        if k > 1 and still:  # a late clock has long shown what a bead shows once it is at rest
             break
-        before = q[LENGTH]
+        before, pulled = q[LENGTH], q[FORCE]
         _initial(q, p, on, x, work[0])
     u[IN_DRIVE] = drive
     return before

@@ -210,3 +210,9 @@ def test_a_recording_names_the_column_that_is_not_finite(argument, value):
 )
 def test_a_mistake_is_named_in_one_line(call, words):
     assert words in refused(call)
+
+
+def test_a_blocked_muscle_that_creeps_begins_with_the_force_at_which_it_stays():
+    muscle = Muscle(Parameters({'creep.J': 0.4}, ('creep',)), end='blocked', load=0.4)
+    assert muscle.advance(0.0).force == pytest.approx(0.4, rel=1e-9)
+    assert muscle.advance(600.0).force == pytest.approx(0.4, rel=1e-9)
