@@ -52,6 +52,14 @@ def report(path, schema='tcp_muscle_ros/diagnosis-2'):
     return path
 
 
+def test_a_report_to_which_something_was_added_is_not_replaced(tmp_path):
+    folder = report(tmp_path / 'report')
+    assert writable_folder(folder, force=True) == folder
+    bag(folder / 'next_recording')
+    with pytest.raises(BadInput, match='report: holds next_recording, which no report writes; --force replaces'):
+        writable_folder(folder, force=True)
+
+
 def test_a_file_is_replaced_only_by_force(tmp_path):
     file = tmp_path / 'muscle.yaml'
     file.write_text('old')

@@ -92,6 +92,12 @@ def stated_units(args: argparse.Namespace) -> dict[str, str]:
     return _pairs(args.unit, '--unit', 'NAME=UNIT')
 
 
+def other_topics(args: argparse.Namespace) -> tuple[str, ...]:
+    """The topics that ``--channel`` names."""
+    named = _pairs(args.channel, '--channel', 'NAME=TOPIC[.FIELD]').values()
+    return tuple(dict.fromkeys(topic.partition('.')[0] for topic in named))
+
+
 def reading_options(args: argparse.Namespace) -> tuple[str, ...]:
     """The shared arguments as they would be typed again."""
     namespace = ['--namespace', args.namespace] if args.namespace else []

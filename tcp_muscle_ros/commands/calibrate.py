@@ -126,6 +126,7 @@ def write_muscle(
     from tcp_muscle_ros.files.outputs import in_place_of, writable_file
     from tcp_muscle_ros.report.intervals_file import write_intervals
     from tcp_muscle_ros.report.tables import calibration_note
+    from tcp_muscle_ros.settings.ages import write_ages
     from tcp_muscle_ros.settings.intervals import path_beside
     from tcp_muscle_ros.settings.parameter_file import write
 
@@ -137,3 +138,4 @@ def write_muscle(
     with in_place_of(intervals) as beside, in_place_of(output) as draft:
         write(draft, calibration.parameters, operating=operating, heading=(heading,), note=says)
         write_intervals(beside, calibration.known)
+    write_ages(output, ())

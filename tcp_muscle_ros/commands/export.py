@@ -62,7 +62,12 @@ def _table(args: argparse.Namespace) -> tuple[str, str]:
     given = getattr(args, kind)
     if given and args.output:
         raise BadInput(f'--{kind} {given} --output {args.output}: two names for one table; expected one')
-    return kind, given or args.output or f'{Path(args.bag).resolve().stem}.{kind}'
+    return kind, given or args.output or f'{_plain_name(Path(args.bag).resolve())}.{kind}'
+
+
+def _plain_name(bag: Path) -> str:
+    """Of a bag, which is a folder and may have a dot in its name, or of its only file."""
+    return bag.name if bag.is_dir() else bag.stem
 
 
 def _held(recording: Recording, time: Array, columns: Mapping[str, Array]) -> dict[str, Array]:

@@ -168,9 +168,12 @@ def _investigation(
         raise BadInput('expected --minutes above 0, --runs of 2 or more (one is kept back) and --cycles of 1 or more')
     by_rig = allowed_by(limits, None)
     of_rig = _protocols(args, model, limits, by_rig)
+    budget = Budget(60.0 * args.minutes, args.runs, args.cycles)
 
     def begin() -> Investigation:
-        asked = not args.simulated and not Log(folder).of('kept_back')  # once that is recorded nothing more is played
+        log = Log(folder)
+        played = log.ended(budget) and log.of('kept_back')  # nothing more is
+        asked = not args.simulated and not played
         allowed = driver_allows(limits, args.namespace, 'current', _say) if asked else by_rig
         rounds, kept = of_rig if allowed == by_rig else _protocols(args, model, limits, allowed)
         return Investigation(
@@ -180,7 +183,7 @@ def _investigation(
             rounds,
             kept,
             lambda protocol: allowed_of(protocol, model, allowed),
-            Budget(60.0 * args.minutes, args.runs, args.cycles),
+            budget,
             _say,
         )
 
@@ -283,11 +286,14 @@ def _tool(*arguments: str) -> None:
 
 def _conclude(args: argparse.Namespace, investigation: Investigation, folder: Path) -> None:
     """The report over all runs, the muscle that was found, and how well it predicts the run that was kept back."""
+    from tcp_muscle_ros.files.outputs import remove
+
     last = investigation.last_report
     for name in ('report', 'improved.yaml', 'improved.intervals.json', 'improved.ages.json'):
         source, place = (last if name == 'report' else last / name), folder / name
+        remove(place)  # of a conclusion before, where the budget was smaller
         if source.is_dir():
-            shutil.copytree(source, place, dirs_exist_ok=True)
+            shutil.copytree(source, place)
         elif source.is_file():
             shutil.copyfile(source, place)
     improved, rig = folder / 'improved.yaml', folder / 'report' / 'rig.yaml'

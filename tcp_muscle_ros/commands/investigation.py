@@ -11,7 +11,7 @@ import json
 import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -129,6 +129,14 @@ class Log:
         """The steps of this kind, oldest first."""
         return [one for one in self.steps if one['step'] == step]
 
+    def ended(self, budget: Budget) -> bool:
+        """Whether nothing more is to be recorded: it has its answer, or spent a budget that this is no larger than."""
+        ends = [one for one in self.steps if one['step'] in ('end', 'more_budget')]
+        if not ends or ends[-1]['step'] == 'more_budget':
+            return False
+        spent = ends[-1].get('spent')
+        return spent is None or all(now <= then for now, then in zip(astuple(budget), spent, strict=True))
+
 
 class Investigation:
     """One investigation in a folder.
@@ -164,8 +172,10 @@ class Investigation:
         self.log = Log(folder)
 
     def run(self) -> None:
-        """Go on from where the log ends, to the end."""
-        while not self.log.of('end'):
+        """Go on from where the log ends, to the end; where a budget was that, with a larger one further."""
+        if self.log.of('end') and not self.log.ended(self._budget):
+            self.log.add('more_budget')
+        while not self.log.ended(self._budget):
             runs, reports = self.log.of('run'), self.log.of('diagnosis')
             protocol = self._unrecorded()
             if protocol is not None:
@@ -200,7 +210,7 @@ class Investigation:
         if asked and asked[-1]['named'] == last['named']:
             self._end(f'{why}, and {last["runs"] - asked[-1]["runs"]} further runs say the same')
         elif not further or self._beyond(further[0][0]):
-            self._end(why)
+            self._end(why, of_budget=bool(further))
         else:
             self._say('that is an answer: does it stand in further runs?')
             self.log.add('ask_again', named=last['named'], runs=last['runs'])
@@ -214,7 +224,7 @@ class Investigation:
             return
         spent = self._beyond(protocol)
         if spent:
-            self._end(spent)
+            self._end(spent, of_budget=True)
         elif self._played(protocol) >= _OFTEN:
             self._ask_again(last, f'the proposed experiment was played {_OFTEN} times, and decides no more')
         else:
@@ -222,9 +232,9 @@ class Investigation:
 
     def _played(self, protocol: Played) -> int:
         """How often this protocol was played."""
-        wanted = render(protocol)
+        wanted = render(replace(protocol, ambient=0.0))  # the room is as it was found, each time a little otherwise
         paths = [self._folder / 'protocols' / f'{run["name"]}.yaml' for run in self.log.of('run')]
-        return sum(path.read_text(encoding='utf-8') == wanted for path in paths)
+        return sum(render(replace(read_protocol(path), ambient=0.0)) == wanted for path in paths)
 
     def _beyond(self, protocol: Played) -> str:
         """Which budget a protocol would pass, beside the run that is to be kept back; '' where none."""
@@ -267,9 +277,9 @@ class Investigation:
             decided=decided(content),
         )
 
-    def _end(self, why: str) -> None:
+    def _end(self, why: str, *, of_budget: bool = False) -> None:
         self._say(f'ended: {why}')
-        self.log.add('end', why=why)
+        self.log.add('end', why=why, spent=astuple(self._budget) if of_budget else None)
 
     @property
     def bags(self) -> list[Path]:

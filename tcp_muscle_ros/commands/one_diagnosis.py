@@ -32,7 +32,7 @@ def diagnose_bags(
     is not ``output``. ``force``: an older report is replaced.
     Raises BadInput.
     """
-    from tcp_muscle_ros.commands.bag_arguments import read_bags, reading_options
+    from tcp_muscle_ros.commands.bag_arguments import other_topics, read_bags, reading_options
     from tcp_muscle_ros.report.next_steps import Asked
     from tcp_muscle_ros.report.write import write_report
     from tcp_muscle_ros.settings.parameter_file import read
@@ -45,7 +45,16 @@ def diagnose_bags(
     diagnosis, experiments = diagnosed(read_bags(options, *bags), nominal, progress, separate, rig)
     if progress:
         progress.stage('writing the report')
-    asked = Asked(tuple(bags), params, str(place or output), reading_options(options), known)
+    asked = Asked(
+        tuple(bags),
+        params,
+        str(place or output),
+        reading_options(options),
+        rig=known,
+        separate=separate,
+        namespace=options.namespace or '',
+        topics=other_topics(options),
+    )
     write_report(output, diagnosis, experiments, nominal.operating, asked=asked, force=force)
     return diagnosis
 

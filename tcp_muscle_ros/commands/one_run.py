@@ -14,6 +14,7 @@ from pathlib import Path
 
 from tcp_muscle_ros import __version__
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.outputs import added_to_report
 
 UNFINISHED = '.unfinished'  # in the campaign's folder: reports being written
 _STAMP = 'run.json'  # in a report: the digest of what it was made from
@@ -111,6 +112,8 @@ def _work(task: Task) -> None:
 
     if task.report.exists() and not (task.report / _STAMP).is_file():
         raise BadInput(f'{task.report}: is there already and no report of a manifest; give another --output')
+    if added := added_to_report(task.report):
+        raise BadInput(f'{task.report}: holds {added}, which no report writes; move it away, or give another --output')
     draft = Path(task.folder) / UNFINISHED / f'{task.name}-{uuid.uuid4().hex}'
     draft.parent.mkdir(exist_ok=True)
     try:

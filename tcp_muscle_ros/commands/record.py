@@ -15,6 +15,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--duration', type=float, metavar='S', help='stop this many seconds after the first message')
     parser.add_argument('--namespace', default='', metavar='NS', help="where the muscle's topics are (default: /)")
     add_force_argument(parser)
+    add_topic_argument(parser)
+    parser.add_argument('--use-sim-time', action='store_true', help='take log times from /clock')
+
+
+def add_topic_argument(parser: argparse.ArgumentParser) -> None:
+    """Add --topic."""
     parser.add_argument(
         '--topic',
         action='append',
@@ -22,7 +28,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='TOPIC',
         help="one more topic, of any type, relative to the muscle's namespace or absolute; may be repeated",
     )
-    parser.add_argument('--use-sim-time', action='store_true', help='take log times from /clock')
 
 
 def admit(args: argparse.Namespace) -> None:

@@ -7,7 +7,7 @@ A protocol whose loads a person hangs is played in parts, each a bag of its own:
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from tcp_muscle_ros.commands.exit_codes import DONE, INTERRUPTED
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
+from tcp_muscle_ros.commands.record import add_topic_argument
 from tcp_muscle_ros.control.safety import celsius
 from tcp_muscle_ros.errors import BadInput, needs_ros
 from tcp_muscle_ros.files.outputs import add_force_argument
@@ -37,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument('--resume', action='store_true', help='continue with the first part that is not done')
     add_force_argument(parser)
+    add_topic_argument(parser)
     add_rig_arguments(parser)
 
 
@@ -88,6 +90,7 @@ def run(args: argparse.Namespace) -> int:
         ask=None if args.yes else input,
         resume=args.resume,
         force=args.force,
+        topics=args.topic,
         known={'protocol': Path(args.protocol).name},
     )
     return INTERRUPTED if played.interrupted else DONE
@@ -119,6 +122,7 @@ def play(
     ask: Callable[[str], str] | None = None,
     resume: bool = False,
     force: bool = False,
+    topics: Sequence[str] = (),
     known: dict[str, object] | None = None,
     say: Callable[[str], None] = lambda sentence: print(sentence, flush=True),
 ) -> Outcome:
@@ -133,11 +137,10 @@ def play(
         ask: how a person is asked to change the load; None where the rig does it.
         resume: parts that ``OUTPUT.run.json`` calls complete are not played again.
         force: a run that is there already goes once this one is complete.
-        known: kept in the bags.
+        topics, known: recorded beside those of the muscle; kept in the bags.
         say: told of the progress.
 
-    Raises:
-        BadInput: nothing may be played, or something ended it: the sentence says what and when.
+    Raises BadInput: nothing may be played, or something ended it; the sentence says what and when.
     """
     from tcp_muscle_ros.commands.run_log import RunLog, admit_output
     from tcp_muscle_ros.control.playing import refuse_beyond
@@ -151,7 +154,7 @@ def play(
         return Outcome(log.bags(), False, log.punctual)
     interrupted = False
     try:
-        with _muscle(namespace, protocol.kind, limits, say) as runner:
+        with _muscle(namespace, protocol.kind, limits, say, topics) as runner:
             refuse_beyond(protocol, model, allowed_by(limits, answer := runner.answer()))
             say(f'{answer.name or "a muscle"} answers; the model predicts at most {celsius(hottest)}')
             asked = [part.number for part in todo if by_person and _needs_person(part, todo, protocol)]
@@ -206,10 +209,12 @@ def _hottest(limits: RigLimits | None) -> float:
 
 
 @contextmanager
-def _muscle(namespace: str, kind: str, limits: RigLimits | None, say: Callable[[str], None]) -> Iterator[Runner]:
+def _muscle(
+    namespace: str, kind: str, limits: RigLimits | None, say: Callable[[str], None], topics: Sequence[str] = ()
+) -> Iterator[Runner]:
     """What plays on the muscle that answers there. BadInput where none does: it says where there are others."""
     with ExitStack() as ending:
-        runner = _runner_class()(namespace, kind, _hottest(limits), say)
+        runner = _runner_class()(namespace, kind, _hottest(limits), say, topics)
         try:
             ending.enter_context(runner)
         except BadInput as mistake:

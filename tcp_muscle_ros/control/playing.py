@@ -6,6 +6,7 @@ Pure: time is passed in (s of a steady clock). Everything that talks to a muscle
 from collections import deque
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NoReturn
 
 import numpy as np
 
@@ -49,12 +50,16 @@ def parts(protocol: Protocol, by_person: bool) -> list[Part]:
     """
     sampled = protocol.sampled()
     changes = np.flatnonzero(np.abs(np.diff(sampled.load)) > SAME_LOAD * sampled.load[:-1]) + 1
-    if not by_person or not changes.size:
+    if not by_person or len(sampled.time) == 1:
         return [Part(1, sampled.time, sampled.drive, sampled.load)]
     if changes.size > 1 and np.any(np.diff(changes) == 1):
-        when = sampled.time[changes[int(np.argmax(np.diff(changes) == 1))]]
-        raise BadInput(f'the load changes gradually from {when:g} s on, which no person can hang; expected steps')
+        _refuse_gradual(sampled.time[changes[int(np.argmax(np.diff(changes) == 1))]])
     bounds = [0, *changes.tolist(), len(sampled.time) - 1]
+    hung = np.repeat(sampled.load[bounds[:-1]], np.diff(bounds))
+    slow = np.abs(sampled.load[:-1] - hung) > SAME_LOAD * hung  # from tick to tick it hardly changes
+    if slow.any():
+        still = np.flatnonzero(sampled.load[:-1][: int(slow.argmax())] == hung[: int(slow.argmax())])
+        _refuse_gradual(sampled.time[still[-1]])
     return [
         Part(
             number,
@@ -65,6 +70,10 @@ def parts(protocol: Protocol, by_person: bool) -> list[Part]:
         for number, (first, last) in enumerate(pairwise(bounds), 1)
         if last > first
     ]
+
+
+def _refuse_gradual(when: float) -> NoReturn:
+    raise BadInput(f'the load changes gradually from {when:g} s on, which no person can hang; expected steps')
 
 
 def instants(part: Part) -> tuple[Array, Array, Array]:

@@ -20,6 +20,11 @@ _HOLDER = '.unfinished-'  # begins the name of the folder beside an output in wh
 _OF_A_BAG = ('.mcap', '.db3', '.zstd')
 IMPORT_MAP = 'import_map.yaml'  # that `tcp_muscle import` was given or made, beside the bags
 _REPORT, _SCHEMA = 'report.json', 'tcp_muscle_ros/'
+# All that a report may hold, run.json of a campaign among it; whatever else is there, a person put there.
+_OF_A_REPORT = frozenset(
+    {_REPORT, 'report.html', 'figures', 'overlay', 'rig.yaml', 'next_protocol.yaml', 'run.json'}
+    | {'improved.yaml', 'improved.intervals.json', 'improved.ages.json'}
+)
 
 
 def add_force_argument(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +42,9 @@ def writable_folder(path: str | Path, *, force: bool = False, option: str | Opti
         if not force:
             raise BadInput(f'{path}: exists already and is not overwritten; give another ', option, ', or ', FORCE)
         if not _is_ours(path):
-            raise BadInput(f'{path}: is no bag, folder of bags or report; ', FORCE, ' replaces nothing else')
+            added = added_to_report(path)
+            found = f'holds {added}, which no report writes' if added else 'is no bag, folder of bags or report'
+            raise BadInput(f'{path}: {found}; ', FORCE, ' replaces nothing else')
     above = next(folder for folder in path.absolute().parents if folder.exists())
     if not above.is_dir():
         raise BadInput(f'{path}: {above} is a file; expected a folder')
@@ -53,9 +60,17 @@ def _is_ours(path: Path) -> bool:
     names = [entry.name for entry in path.iterdir()]
     if _REPORT in names:
         with suppress(OSError, ValueError, AttributeError):
-            return str(json.loads((path / _REPORT).read_text('utf-8')).get('schema')).startswith(_SCHEMA)
+            ours = str(json.loads((path / _REPORT).read_text('utf-8')).get('schema')).startswith(_SCHEMA)
+            return ours and not added_to_report(path)
         return False
     return _is_bag(path) or all(_is_bag(path / name) for name in names if name != IMPORT_MAP)
+
+
+def added_to_report(folder: Path) -> str:
+    """The name of something in a report's folder that no report writes, '' where there is none, or it is no report."""
+    if not (folder / _REPORT).is_file():
+        return ''
+    return min((entry.name for entry in folder.iterdir() if entry.name not in _OF_A_REPORT), default='')
 
 
 def _is_bag(path: Path) -> bool:

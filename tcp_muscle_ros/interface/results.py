@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Value
-from tcp_muscle_ros.diagnosis.answer.improved import physics_only
+from tcp_muscle_ros.diagnosis.answer.improved import operating_with_room, physics_only
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.errors import BadInput, nearest
@@ -93,8 +93,8 @@ class Diagnosed:
 
     @property
     def file(self) -> ParameterFile:
-        """The improved muscle as a parameter file has it: its physics, without what belongs to sensors."""
-        return ParameterFile(physics_only(self.diagnosis.improved), self.operating)
+        """The improved muscle as ``improved.yaml`` has it: its physics, without what belongs to sensors."""
+        return ParameterFile(physics_only(self.diagnosis.improved), operating_with_room(self.diagnosis, self.operating))
 
     @property
     def findings(self) -> 'pd.DataFrame':
@@ -122,16 +122,19 @@ class Diagnosed:
         from tcp_muscle_ros.files.outputs import in_place_of, remove, writable_file
         from tcp_muscle_ros.report.intervals_file import write_intervals
         from tcp_muscle_ros.report.protocol_file import write_improved
+        from tcp_muscle_ros.settings import ages
         from tcp_muscle_ros.settings.intervals import path_beside
 
         output = writable_file(path, force=force)
         intervals = writable_file(path_beside(output), force=force)
+        writable_file(ages.path_beside(output), force=force)
         with in_place_of(intervals) as beside, in_place_of(output) as draft:
             write_improved(draft, self.diagnosis, self.operating)
             if self.diagnosis.known is not None:
                 write_intervals(beside, self.diagnosis.known)
         if self.diagnosis.known is None:  # those of another muscle
             remove(intervals)
+        ages.write_ages(output, self.diagnosis.ages)
 
     @in_python
     def report(self, folder: str | Path, *, force: bool = False) -> Path:

@@ -160,7 +160,7 @@ class Recorder:
             if now - said >= _SAY_S:
                 lacking = ' on /clock' if self._before_clock else f' under {self._namespace}{self._elsewhere()}'
                 waited = f'no message yet{lacking}'
-                self._say(waited if first is None else f'{now - first:.0f} s, {self._count} messages{self._absent()}')
+                self._say(waited if first is None else f'{now - first:.0f} s, {self._count} messages{self.absent()}')
                 said = now
             time.sleep(_TURN_S)
         self.take()
@@ -265,8 +265,8 @@ class Recorder:
             self._types[topic], self._log_times[topic] = kind, LogTimes()
             self._subscriptions[topic] = self._subscribe(topic, ReliabilityPolicy.RELIABLE)
 
-    def _absent(self) -> str:
-        """Which of the wanted topics nobody has published so far."""
+    def absent(self) -> str:
+        """Which of the wanted topics nobody has published so far, as the end of a sentence; '' where all are."""
         meant = []
         for topic in self._wanted:
             folder, _, name = topic.rpartition('/')
@@ -289,7 +289,7 @@ class Recorder:
             if bag is not None:
                 with self._writing():
                     bag.close()
-                self._say(f'{self._count} messages on {len(bag.counts)} topics in {self._output}{self._absent()}')
+                self._say(f'{self._count} messages on {len(bag.counts)} topics in {self._output}{self.absent()}')
                 if self._replaced is not None:
                     shutil.rmtree(self._replaced, ignore_errors=True)
         finally:

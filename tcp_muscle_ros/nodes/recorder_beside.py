@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput
@@ -14,10 +14,16 @@ class RecorderBeside:
     """A recorder; ``in_thread``: in one of its own, else what has come is recorded when told to."""
 
     def __init__(
-        self, bag: Path, namespace: str, known: Mapping[str, object], more: Mapping[str, type], in_thread: bool
+        self,
+        bag: Path,
+        namespace: str,
+        known: Mapping[str, object],
+        more: Mapping[str, type],
+        wanted: Sequence[str],
+        in_thread: bool,
     ) -> None:
         self.failure: BaseException | None = None
-        self._recorder = Recorder(bag, namespace, False, lambda _: None, known=known, more=more)
+        self._recorder = Recorder(bag, namespace, False, lambda _: None, known=known, more=more, wanted=wanted)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name='recorder', daemon=True) if in_thread else None
         if self._thread is not None:
@@ -40,6 +46,11 @@ class RecorderBeside:
     def topics(self) -> frozenset[str]:
         """Those of which something is in the bag."""
         return self._recorder.topics
+
+    @property
+    def absent(self) -> str:
+        """Which of the wanted topics nobody publishes, as the end of a sentence; '' where all are."""
+        return self._recorder.absent()
 
     def end(self) -> None:
         """Finish the bag. Raises what went wrong meanwhile."""

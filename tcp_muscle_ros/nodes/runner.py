@@ -10,7 +10,7 @@ from __future__ import annotations
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -77,15 +77,18 @@ class Played:
 
 
 class Runner:
-    """A commander of one muscle. Use as a context manager.
+    """A commander of one muscle. Use as a context manager. ``topics`` are recorded beside those of the muscle.
 
     Raises:
         BadInput: no such namespace, no muscle that answers, or another commander.
     """
 
-    def __init__(self, namespace: str, kind: str, hottest: float, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, namespace: str, kind: str, hottest: float, say: Callable[[str], None], topics: Sequence[str] = ()
+    ) -> None:
         self._namespace = '/' + namespace.strip('/')
         self._kind = kind
+        self._wanted = topics
         self._say = say
         self._supervisor = Supervisor(hottest)
         self._hottest = hottest
@@ -337,15 +340,20 @@ class Runner:
     def _recorded(self, bag: Path, known: Mapping[str, object]) -> Iterator[RecorderBeside]:
         """Record to a new bag while in it, from when every measurement has reached it."""
         in_thread = isinstance(self._time, RealTime)
-        self._recording = recording = RecorderBeside(bag, self._namespace, known, {LATENESS: Float64}, in_thread)
+        self._recording = recording = RecorderBeside(
+            bag, self._namespace, known, {LATENESS: Float64}, self._wanted, in_thread
+        )
         before = sys.getswitchinterval()
         try:
-            wanted = {self._resolved(CHANNELS[name].topic) for name in self._supervisor.heard}
+            more = {self._resolved(topic) for topic in self._wanted}
+            wanted = more | {self._resolved(CHANNELS[name].topic) for name in self._supervisor.heard}
             begun = time.monotonic()
             while not wanted <= recording.topics and time.monotonic() - begun < _HEARD_WITHIN:
                 self._pause()
                 if recording.failure is not None:
                     raise recording.failure
+            if lacking := sorted(more - recording.topics):
+                raise BadInput(f'nothing came on {", ".join(lacking)} within {_HEARD_WITHIN:g} s{recording.absent}')
             sys.setswitchinterval(_SWITCH)
             yield recording
         finally:

@@ -6,7 +6,7 @@ from pathlib import Path
 from tcp_muscle_ros.diagnosis.answer.replaying import Comparison
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, shown
-from tcp_muscle_ros.report.style import DRIVE, PREDICTED, RECORDED, canvas, save
+from tcp_muscle_ros.report.style import DRIVE, PREDICTED, RECORDED, canvas, literal, save
 
 
 def draw_comparison(
@@ -17,7 +17,7 @@ def draw_comparison(
     imposed = experiment.imposed
     axes[0].step(imposed.time, imposed.drive, where='post', color=DRIVE, linewidth=1.2)
     axes[0].set_ylabel(CHANNEL_AXIS[imposed.kind])
-    axes[0].set_title(title or Path(experiment.name).name, fontsize=10)
+    axes[0].set_title(literal(title or Path(experiment.name).name), fontsize=10)
     for axis, (name, c) in zip(axes[1:], compared.items(), strict=True):
         if c.low is not None and c.high is not None:
             axis.fill_between(

@@ -25,6 +25,7 @@ from tcp_muscle_ros.report.style import (
     OTHER,
     RECORDED,
     canvas,
+    literal,
     save,
     stacked,
 )
@@ -84,7 +85,7 @@ def draw_channels(path: Path, diagnosis: Diagnosis) -> Said | None:
         kind, time, value = diagnosis.drive[k]
         drive.step(time, value, where='post', color=DRIVE, linewidth=1.2)
         drive.set_ylabel(CHANNEL_AXIS[kind])
-    drive.set_title(recording_name(diagnosis, k), fontsize=10)
+    drive.set_title(literal(recording_name(diagnosis, k)), fontsize=10)
     for (axis, below), s in zip(rows, series, strict=True):
         axis.plot(*line(s, shown(s.channel, s.recorded), start, end), label='recorded', **_BROAD)
         for model in models:

@@ -16,13 +16,20 @@ _NEXT = 'next_recording'
 @dataclass(frozen=True)
 class Asked:
     """What was asked for: bags, parameter file (or the name of a shipped set), the options by which bags were read,
-    the folder that the report will have, and what was known of the rig."""
+    the folder that the report will have, and what was known of the rig.
+
+    ``separate``: parameters that each recording had for itself; ``namespace`` of the muscle, and ``topics`` beside
+    those of a muscle, from which a channel was taken.
+    """
 
     bags: tuple[str, ...]
     params: str
     folder: str
     options: tuple[str, ...] = ()
     rig: str = ''
+    separate: tuple[str, ...] = ()
+    namespace: str = ''
+    topics: tuple[str, ...] = ()
 
     @property
     def reading(self) -> tuple[str, ...]:
@@ -85,12 +92,15 @@ def _decide(diagnosis: Diagnosis, asked: Asked | None) -> Step:
     )
     if asked is None:
         return Step(what)
-    run = _command('tcp_muscle', 'run', asked.made(PROTOCOL), '--params', asked.made(IMPROVED), '--output', _NEXT)
-    # Where a person hangs the loads it is played in parts, a bag each.
-    loads = {step.load for step in proposal.steps}
-    bags = _NEXT if len(loads) == 1 else f'{_NEXT}/part_*'
     known = ('--rig', str(Path(asked.rig).absolute())) if asked.rig else ()
-    again = _joined('--params', asked.given, *known, '--output', asked.made('').rstrip('/') + '_2', *asked.options)
+    under = ('--namespace', asked.namespace) if asked.namespace else ()
+    made = ('--params', asked.made(IMPROVED), '--output', _NEXT)
+    run = _command('tcp_muscle', 'run', asked.made(PROTOCOL), *made, *known, *under, *_each('--topic', asked.topics))
+    # Where a person hangs the loads it is played in parts, a bag each.
+    in_parts = diagnosis.rig.limits.by_person and len({step.load for step in proposal.steps}) > 1
+    bags = f'{_NEXT}/part_*' if in_parts else _NEXT
+    options = (*known, *_each('--separate', asked.separate), *asked.options)
+    again = _joined('--params', asked.given, '--output', asked.made('').rstrip('/') + '_2', *options)
     return Step(what, (run, f'{_command("tcp_muscle", "diagnose", *asked.reading)} {bags} {again}'))
 
 
@@ -119,6 +129,10 @@ def _command(program: str, *words: str) -> str:
     in_workspace = shutil.which(program) is None and shutil.which('ros2') is not None
     begin = ('ros2', 'run', 'tcp_muscle_ros') if in_workspace else ()
     return shlex.join((*begin, program, *words))
+
+
+def _each(option: str, values: Sequence[str]) -> tuple[str, ...]:
+    return tuple(word for value in values for word in (option, value))
 
 
 def _joined(*words: str) -> str:

@@ -1,13 +1,14 @@
 """What a diagnosis hands on as files: ``next_protocol.yaml`` to run next, ``improved.yaml`` to simulate with."""
 
 from collections.abc import Callable, Mapping
+from math import floor
 from pathlib import Path
 from textwrap import wrap
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Proposal, Value
 from tcp_muscle_ros.diagnosis.answer.improved import operating_with_room, physics_only
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding
-from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
+from tcp_muscle_ros.muscle import SPECIFICATIONS, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.report.words import at_edge, chance, interval_text, plain
 from tcp_muscle_ros.settings.parameter_file import Value as Setting
 from tcp_muscle_ros.settings.parameter_file import describe, number_text, write
@@ -38,12 +39,13 @@ def render_protocol(proposal: Proposal, holding: Holding | None = None) -> str:
         'input: current',
         f'end: {proposal.end}',
         *_end_options(proposal.end, holding),
+        *_room(proposal.ambient),
         f'load_n: {_short(proposal.steps[0].load)}  # the starting load: displacement is zero under it',
         f'repeat: {proposal.repeat}',
         'segments:',
     ]
     lines += [
-        f'  - {{duration_s: {_short(step.duration)}, value: {_short(step.current)}, load_n: {_short(step.load)}}}'
+        f'  - {{duration_s: {_short(step.duration)}, value: {_current(step.current)}, load_n: {_short(step.load)}}}'
         for step in proposal.steps
     ]
     return '\n'.join(lines) + '\n'
@@ -56,6 +58,20 @@ def _end_options(end: str, holding: Holding | None) -> list[str]:
     if end == 'spring':
         options = {'spring_rate_n_per_m': holding.spring_rate, 'spring_rest_length_m': holding.spring_rest_length}
     return [f'{name}: {_short(value)}' for name, value in options.items()]
+
+
+def _room(ambient: float | None) -> list[str]:
+    if ambient is None:
+        return []
+    return [
+        f'ambient_c: {number_text(floor(1e3 * (ambient - ZERO_CELSIUS)) / 1e3)}  # the room that it was planned for'
+    ]
+
+
+def _current(value: float) -> str:
+    """Rounded down: above what the rig allows it would be refused."""
+    rounded = float(f'{value:.6g}')
+    return number_text(rounded if rounded <= value else float(f'{value * (1.0 - 5e-6):.6g}'))
 
 
 def _short(value: float) -> str:

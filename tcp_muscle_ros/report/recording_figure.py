@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.recording import CHANNELS, Channel, Recording
 from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, shown
-from tcp_muscle_ros.report.style import COOLING, DRIVE, IMPROVED, PREDICTED, RECORDED, SETPOINT, canvas
+from tcp_muscle_ros.report.style import COOLING, DRIVE, IMPROVED, PREDICTED, RECORDED, SETPOINT, canvas, literal
 
 _COLOURS = (RECORDED, PREDICTED, IMPROVED, SETPOINT, DRIVE, COOLING)
 _COMMANDED = {'displacement_setpoint': 'displacement'}  # is drawn with, dashed
@@ -26,13 +26,16 @@ def draw_recordings(recordings: Sequence[Recording], figure: Figure | None = Non
     for k, recording in enumerate(recordings):
         for channel in recording.channels.values():
             if len(channel):
-                _draw(axes[panels.index(_panel(channel.name))], channel, _COLOURS[k % len(_COLOURS)], recording)
+                _draw(axes[panels.index(_panel(channel.name))], channel, _colour(k))
     for axis, name in zip(axes, panels, strict=True):
         axis.set_ylabel(CHANNEL_AXIS[name])
     if len(recordings) > 1:
-        axes[0].legend(*_first_of_each(axes), loc='best', fontsize=8, frameon=False)
+        lines = [Line2D([], [], color=_colour(k)) for k in range(len(recordings))]
+        legend = axes[0].legend(lines, [*map(str, range(len(lines)))], loc='best', fontsize=8, frameon=False)
+        for text, name in zip(legend.get_texts(), _names([r.path for r in recordings]), strict=True):
+            text.set_text(literal(name))  # as a label, a name that begins with _ would be left out
     else:
-        axes[0].set_title(Path(recordings[0].path).name, fontsize=10)
+        axes[0].set_title(literal(Path(recordings[0].path).name), fontsize=10)
     axes[-1].set_xlabel('time (s)')
     return drawn
 
@@ -41,7 +44,21 @@ def _panel(name: str) -> str:
     return _COMMANDED.get(name, name.removesuffix('_command'))
 
 
-def _draw(axis: Axes, channel: Channel, colour: str, recording: Recording) -> None:
+def _colour(k: int) -> str:
+    return _COLOURS[k] if k < len(_COLOURS) else f'C{k - len(_COLOURS)}'
+
+
+def _names(paths: Sequence[str]) -> list[str]:
+    """The ends of paths, as short as tells them apart; numbered where nothing does."""
+    parts = [Path(path).parts for path in paths]
+    for depth in range(1, max(map(len, parts)) + 1):
+        names = ['/'.join(part[-depth:]) for part in parts]
+        if len(set(names)) == len(names):
+            return names
+    return [f'{Path(path).name} ({number})' for number, path in enumerate(paths, 1)]
+
+
+def _draw(axis: Axes, channel: Channel, colour: str) -> None:
     kind = CHANNELS[channel.name]
     axis.plot(
         channel.time,
@@ -50,14 +67,4 @@ def _draw(axis: Axes, channel: Channel, colour: str, recording: Recording) -> No
         linewidth=1.0,
         linestyle='--' if kind.role == 'commanded' else '-',
         drawstyle='default' if kind.role == 'output' else 'steps-post',
-        label=Path(recording.path).name,
     )
-
-
-def _first_of_each(axes: Sequence[Axes]) -> tuple[list[Artist], list[str]]:
-    """One entry a recording, whichever panels it is in."""
-    found: dict[str, Artist] = {}
-    for axis in axes:
-        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-            found.setdefault(str(label), handle)
-    return list(found.values()), list(found)

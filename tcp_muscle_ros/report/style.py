@@ -61,6 +61,11 @@ def picture_path(path: str | Path, *, force: bool = False, option: str | Option 
     return path
 
 
+def literal(name: str) -> str:
+    """A name that somebody gave, as it is: between two dollars stands no formula."""
+    return name.replace('$', r'\$')
+
+
 def save(figure: Figure, path: object) -> None:
     """Write a picture."""
     figure.savefig(str(path), dpi=110)

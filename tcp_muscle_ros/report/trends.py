@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from tcp_muscle_ros.report.campaign_summary import Row
-from tcp_muscle_ros.report.style import AFTER, COOLING, DRIVE, HEATING, LOAD, OTHER, canvas, save
+from tcp_muscle_ros.report.style import AFTER, COOLING, DRIVE, HEATING, LOAD, OTHER, canvas, literal, save
 
 _COLOURS = (AFTER, HEATING, LOAD, DRIVE, COOLING, '#000000')
 _AXES = {'muscle': 'muscle', 'cycles': 'cycles', 'day': 'day'}
@@ -59,12 +59,13 @@ def _panel(axis: Axes, rows: Sequence[Row], name: str, key: str, muscles: Sequen
             x = list(np.asarray(x) + 0.3 * (np.linspace(-1, 1, len(x)) if len(x) > 1 else np.zeros(1)))
         colour = _COLOURS[muscles.index(muscle)] if muscle is not None and len(muscles) <= _LEGEND else OTHER
         spread = np.clip([value - low, high - value], 0.0, None)
-        axis.errorbar(x, value, spread, fmt='o', markersize=4, capsize=2, linewidth=1, color=colour, label=muscle)
+        label = muscle and literal(muscle)
+        axis.errorbar(x, value, spread, fmt='o', markersize=4, capsize=2, linewidth=1, color=colour, label=label)
     nominal = {row.parameters[name]['nominal'] for row in rows} - {None}
     if len(nominal) == 1:
         axis.axhline(nominal.pop(), color=OTHER, linewidth=0.8, linestyle='--')
     if named:
-        axis.set_xticks(range(len(labels)), labels, rotation=30 if len(labels) > 4 else 0)
+        axis.set_xticks(range(len(labels)), [literal(label) for label in labels], rotation=30 if len(labels) > 4 else 0)
         axis.set_xlim(-0.5, len(labels) - 0.5)
     elif key == 'day':
         days = sorted(set(labels))

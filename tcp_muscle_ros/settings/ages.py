@@ -39,8 +39,10 @@ def path_beside(parameter_file: str | Path) -> Path:
 
 
 def write_ages(parameter_file: str | Path, ages: Sequence[Age]) -> None:
-    """Write them beside a parameter file; nothing for a muscle that does not age."""
-    if any(age.values for age in ages):
+    """Write them beside a parameter file; for a muscle that does not age, those of another that was there go."""
+    if not any(age.values for age in ages):
+        path_beside(parameter_file).unlink(missing_ok=True)
+    else:
         recordings = [
             {'start_ns': age.start_ns, 'end_s': age.end, 'fingerprint': age.fingerprint, 'values': dict(age.values)}
             for age in ages

@@ -57,8 +57,9 @@ class Rig:
     def diagnose(self, bags, report):
         assert all(bag.is_dir() for bag in bags)
         self._step(report.mkdir)
-        room = FIRST.ambient if self.always else FIRST.ambient + 0.01 * len(bags)
-        (report / 'next.yaml').write_text(render(replace(FIRST, ambient=room)))
+        # The room is as it was found, each time a little otherwise: that makes no other protocol.
+        load = FIRST.load if self.always else FIRST.load + 0.01 * len(bags)
+        (report / 'next.yaml').write_text(render(replace(FIRST, load=load, ambient=FIRST.ambient + 0.01 * len(bags))))
         over = len(bags) >= self.decides
         return {
             'verdict': 'missing_physics',
@@ -120,10 +121,31 @@ def test_an_answer_that_changes_is_asked_for_once_more_as_far_as_rounds_and_budg
 def test_an_experiment_that_decides_nothing_is_played_twice_and_then_something_else_is_asked(tmp_path):
     made = Rig(decides=99, always=True).investigation(tmp_path, rounds=((EXPLORED[1],), (EXPLORED[2],)))
     made.run()
-    played = [(tmp_path / 'protocols' / f'{one["name"]}.yaml').read_text() for one in made.log.of('run')]
-    assert played.count(render(FIRST)) == 2
+    played = [read_protocol(tmp_path / 'protocols' / f'{one["name"]}.yaml') for one in made.log.of('run')]
+    assert [replace(one, ambient=FIRST.ambient) for one in played].count(FIRST) == 2
     assert len(made.log.of('ask_again')) == 1
     assert 'played 2 times' in made.log.of('end')[0]['why']
+
+
+@pytest.mark.parametrize('dies', [None, *range(1, 11)])
+def test_one_that_its_budget_ended_goes_on_where_that_is_larger_and_keeps_what_it_has(tmp_path, dies):
+    poor = Rig(decides=4).investigation(tmp_path, replace(WIDE, runs=3))
+    poor.run()
+    steps = [*['run', 'diagnosis'] * 2, 'end', 'kept_back']
+    assert [step['step'] for step in poor.log.steps] == steps
+    Rig(decides=4).investigation(tmp_path, replace(WIDE, runs=2)).run()
+    assert [step['step'] for step in Log(tmp_path).steps] == steps, 'a smaller one changes nothing'
+    try:
+        Rig(dies, decides=4).investigation(tmp_path, replace(WIDE, runs=9)).run()
+    except Killed:
+        Rig(decides=4).investigation(tmp_path, replace(WIDE, runs=9)).run()
+    log = Log(tmp_path)
+    assert [one['step'] for one in log.steps if one['step'] != 'more_budget'] == [
+        *steps, *['run', 'diagnosis'] * 2, 'end'
+    ]  # fmt: skip
+    assert 'singled out' in log.of('end')[-1]['why']
+    Rig(decides=4).investigation(tmp_path, WIDE).run()
+    assert Log(tmp_path).steps == log.steps, 'what has its answer is over, whatever may be spent'
 
 
 @pytest.mark.parametrize('dies', range(1, 15))

@@ -1,5 +1,7 @@
 """``tcp_muscle info``, ``plot`` and ``export``."""
 
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.bag_writer import write_recording
 from tcp_muscle_ros.recording.inputs import hold
 from tcp_muscle_ros.recording.recording import Channel, Recording
+from tcp_muscle_ros.report.recording_figure import draw_recordings
 from tcp_muscle_ros.tool import main
 
 TIME = np.arange(200) / 20
@@ -175,6 +178,31 @@ def test_plot_draws_a_panel_a_channel(bag, tmp_path, capsys):
         assert image.size == (990, 7 * 242)  # the commanded current is drawn with the current
         assert len(image.convert('RGB').getcolors(1 << 20)) > 10
     assert main(['plot', str(bag), '--output', str(picture)]) == 2
+
+
+def test_recordings_of_one_name_and_of_strange_ones_are_told_apart_in_a_plot(bag, tmp_path):
+    def named(*paths):
+        recordings = [replace(read_bag(bag), path=path) for path in paths]
+        drawn = draw_recordings(recordings)
+        legend = drawn.axes[0].get_legend()
+        colours = {line.get_color() for axis in drawn.axes for line in axis.get_lines()}
+        assert colours == {line.get_color() for line in legend.get_lines()}
+        return [text.get_text() for text in legend.get_texts()]
+
+    assert named('lab/a/run', 'lab/b/run') == ['a/run', 'b/run']
+    assert named('frame', 'frame') == ['frame (1)', 'frame (2)']
+    assert named(*(f'{k}/x' for k in range(9))) == [f'{k}/x' for k in range(9)]
+    assert named('_first', 'price $a^$ 2') == ['_first', r'price \$a^\$ 2']
+    strange = tmp_path / 'price $a^$ 2'
+    shutil.copytree(bag, strange)
+    assert main(['plot', str(strange), str(bag), '--output', str(tmp_path / 'strange.png')]) == 0
+
+
+def test_an_export_is_named_after_a_bag_with_a_dot_in_its_name(bag, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(bag, tmp_path / 'run_0.5A')
+    assert main(['export', 'run_0.5A', '--csv']) == 0
+    assert (tmp_path / 'run_0.5A.csv').is_file()
 
 
 def test_plot_without_a_display_says_so(bag, monkeypatch, capsys):

@@ -59,6 +59,15 @@ def test_a_load_that_a_person_hangs_begins_a_part_and_one_that_the_rig_changes_d
     assert set(one.load) == {0.3, 0.6, 0.601}
 
 
+@pytest.mark.parametrize(('rate', 'lasts'), [(20.0, 60.0), (100.0, 20.0), (2.0, 60.0)])
+def test_a_ramp_that_hardly_changes_from_tick_to_tick_is_for_no_person_either(rate, lasts):
+    gradual = (segment(5.0, 0.1, 0.3), Segment(lasts, Ramp(0.1, 0.1), Ramp(0.3, 0.6)))
+    with pytest.raises(BadInput, match='gradually from 5 s on'):
+        parts(protocol(*gradual, rate=rate), by_person=True)
+    (one,) = parts(protocol(*gradual, rate=rate), by_person=False)
+    assert one.load[-1] == pytest.approx(0.6, rel=0.01)
+
+
 def test_a_ramp_of_the_load_is_for_no_person():
     with pytest.raises(BadInput, match='gradually from 0'):
         parts(protocol(Segment(2.0, Ramp(0.1, 0.1), Ramp(0.1, 0.9))), by_person=True)

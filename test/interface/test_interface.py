@@ -7,20 +7,24 @@ import re
 import subprocess
 import sys
 import types
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from recording.bags import START, float64, write_foreign
+from report.diagnoses import match
 
 import tcp_muscle_ros as tcp
 from tcp_muscle_ros import interface
 from tcp_muscle_ros.commands.progress import Progress
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.interface.results import Diagnosed
 from tcp_muscle_ros.interface.wording import in_python
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.options import this_unit
+from tcp_muscle_ros.settings.ages import Age, write_ages
 from tcp_muscle_ros.settings.intervals import variants
 from tcp_muscle_ros.settings.parameter_file import read, write
 
@@ -97,6 +101,7 @@ def test_from_a_protocol_to_an_improved_muscle_with_frames_in_between(muscle, tm
     for name in ('hA', 'B', 'natural_convection.n'):
         assert written[name] == pytest.approx(found.file.parameters[name], rel=1e-4)
     assert len(variants(tmp_path / 'improved.yaml', written)) > 1
+    assert found.file.operating == pytest.approx(read(tmp_path / 'improved.yaml').operating, rel=1e-4)
     assert found.report(tmp_path / 'report').is_file()
 
     def missed(params):
@@ -105,6 +110,21 @@ def test_from_a_protocol_to_an_improved_muscle_with_frames_in_between(muscle, tm
     assert missed(found) < 0.5 * missed('karami_tadesse_2017')
     with pytest.raises(BadInput, match='exists already'):
         found.save(tmp_path / 'improved.yaml')
+
+
+def test_how_old_a_muscle_was_is_saved_with_it_and_goes_with_it(tmp_path):
+    found = tcp.calibrate(tcp.simulate(PROTOCOL))
+    ages = tmp_path / 'muscle.ages.json'
+    write_ages(tmp_path / 'muscle.yaml', (Age(1, {'fatigue.n0': 3.0}),))
+    assert ages.is_file()
+    found.save(tmp_path / 'muscle.yaml')
+    assert not ages.exists(), 'they are those of another muscle'
+    d, experiments = match()
+    worn = Diagnosed(replace(d, ages=(Age(1, {'fatigue.n0': 3.0}),)), tuple(experiments), {})
+    worn.save(tmp_path / 'muscle.yaml', force=True)
+    assert ages.is_file()
+    Diagnosed(d, tuple(experiments), {}).save(tmp_path / 'muscle.yaml', force=True)
+    assert not ages.exists()
 
 
 def test_parameters_may_be_given_by_their_names(muscle):

@@ -99,6 +99,21 @@ def test_a_protocol_is_played_and_recorded_with_the_lateness_of_each_command(ben
     assert log['lateness_s']['p50'] == pytest.approx(np.median(recording['force'].value), abs=1e-4)
 
 
+def test_a_sensor_on_a_topic_of_its_own_is_recorded_too_and_nothing_is_played_where_it_is_silent(
+    bench, muscle, tmp_path
+):
+    laser = bench.node.create_publisher(Float64, '/laser/height', 10)
+    timer = bench.node.create_timer(0.02, lambda: laser.publish(Float64(data=7.0)))
+    ended(bench, played(bench, tmp_path, '--yes', '--topic', '/laser/height', name='with'), 0)
+    recording = read_bag(tmp_path / 'with', channels={'displacement': '/laser/height'})
+    assert len(recording['displacement']) > 50 and set(recording['displacement'].value) == {7.0}
+    said = ended(bench, played(bench, tmp_path, '--yes', '--topic', '/laser/heigth', name='without'), 2)
+    assert 'nothing came on /laser/heigth within 10 s' in said and 'did you mean /laser/height?' in said
+    assert set(read_bag(tmp_path / 'without')['current'].value) == {0.0}
+    bench.node.destroy_timer(timer)
+    bench.node.destroy_publisher(laser)
+
+
 def test_a_run_is_replaced_only_by_force_and_only_by_one_that_is_complete(bench, muscle, tmp_path):
     for kept in ('bag', 'bag.run.json'):
         (tmp_path / kept).mkdir() if kept == 'bag' else (tmp_path / kept).write_text('old')

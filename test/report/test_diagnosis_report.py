@@ -8,6 +8,9 @@ from html import unescape
 import jsonschema
 import numpy as np
 import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 from report.diagnoses import (
     ALL,
     NOMINAL,
@@ -28,13 +31,15 @@ from tcp_muscle_ros.diagnosis.answer.replaying import replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import Estimate, Known
 from tcp_muscle_ros.diagnosis.model.unknown import Unknown
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.muscle import EFFECTS
+from tcp_muscle_ros.files.outputs import writable_folder
+from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS
 from tcp_muscle_ros.recording.bag import read_bag
-from tcp_muscle_ros.recording.protocol import read_protocol
+from tcp_muscle_ros.recording.protocol import parse_protocol, read_protocol
+from tcp_muscle_ros.recording.yaml_input import Section
 from tcp_muscle_ros.report import words
 from tcp_muscle_ros.report.diagnosis_figures import draw_all, draw_loop
 from tcp_muscle_ros.report.page import render
-from tcp_muscle_ros.report.protocol_file import write_improved, write_protocol
+from tcp_muscle_ros.report.protocol_file import render_protocol, write_improved, write_protocol
 from tcp_muscle_ros.report.report_json import as_data, schema
 from tcp_muscle_ros.report.telling import compared, telling_channel, telling_recording, thin
 from tcp_muscle_ros.report.terminal import WIDTH, summary
@@ -354,6 +359,17 @@ def test_the_next_protocol_reads_back(made, reports):
     assert not (reports / 'creep' / 'next_protocol.yaml').exists()
 
 
+@given(st.floats(0.01, 0.5), st.floats(5.0, 40.0))
+def test_the_next_protocol_asks_for_no_more_than_was_planned_in_the_room_it_was_planned_for(current, room):
+    planned = convection_or_radiation()[0].next_experiment
+    steps = tuple(replace(step, current=current) for step in planned.steps)
+    proposal = replace(planned, steps=steps, ambient=ZERO_CELSIUS + room)
+    protocol = parse_protocol(Section(yaml.safe_load(render_protocol(proposal)), 'next_protocol.yaml'))
+    assert current * (1.0 - 1e-5) <= protocol.sampled().drive.max() <= current
+    assert proposal.ambient - 2e-3 <= protocol.ambient <= proposal.ambient
+    assert set(protocol.sampled().ambient) == {protocol.ambient}
+
+
 def test_a_proposal_for_a_spring_keeps_the_spring(tmp_path):
     d, (made,) = convection_or_radiation()
     holding = replace(made.holding, end='spring', spring_rate=30.0, spring_rest_length=0.01)
@@ -442,10 +458,22 @@ def test_a_report_that_finds_the_disk_full_leaves_nothing_and_does_not_block_the
     assert list(tmp_path.iterdir()) == []
     d, experiments = made['insufficient_data']
     write_report(tmp_path / 'report', d, experiments)
-    (tmp_path / 'report' / 'old').write_text('')
+    old = tmp_path / 'report' / 'figures' / 'old'
+    old.write_text('')
     write_report(tmp_path / 'report', d, experiments, force=True)
-    assert not (tmp_path / 'report' / 'old').exists()
+    assert not old.exists()
     assert [path.name for path in tmp_path.iterdir()] == ['report']
+
+
+def test_a_report_holds_nothing_that_force_would_not_replace(reports):
+    for folder in reports.iterdir():
+        assert writable_folder(folder, force=True) == folder
+
+
+def test_a_name_between_dollars_is_no_formula(made, tmp_path):
+    d, _ = made['match']
+    named = replace(d, recordings=tuple(replace(r, path='lab/price $a^$ 2') for r in d.recordings))
+    assert draw_all(tmp_path, named)
 
 
 def test_intervals_stand_beside_the_improved_muscle_and_go_with_an_older_report(made, tmp_path):

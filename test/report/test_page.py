@@ -24,6 +24,7 @@ from tcp_muscle_ros.report.rig_checks import check_on_rig, has_check
 from tcp_muscle_ros.report.telling import telling_recording
 from tcp_muscle_ros.report.terminal import summary
 from tcp_muscle_ros.report.viewer import viewer_data
+from tcp_muscle_ros.settings.rig import Rig, RigLimits
 
 
 def arguments(command):
@@ -100,6 +101,23 @@ def test_the_commands_of_a_report_are_those_of_the_tool_with_the_paths_that_were
     page = Page(render(d, asked=asked))
     assert ''.join(page.said).count('tcp_muscle') >= 3
     assert all(not step.commands for step in steps(d, None)), 'nobody knows the paths'
+
+
+def test_the_next_recording_is_made_and_read_as_the_ones_before(made, tmp_path):
+    d, _ = made['convection_or_radiation']
+    d = replace(d, rig=Rig(limits=RigLimits(by_person=False)))
+    laser = ('--namespace', '/finger_1', '--channel', 'displacement=/laser/range.range')
+    asked = Asked(
+        ('run',), 'm', 'out', laser, rig='rig.yaml', separate=('B',), namespace='/finger_1', topics=('/laser/range',)
+    )
+    seen, played, again = [
+        arguments(command) for step in steps(d, asked) for command in step.commands if 'sim_node' not in command
+    ]
+    assert (played.rig, again.rig) == (str(Path('rig.yaml').absolute()),) * 2
+    assert (played.namespace, played.topic) == ('/finger_1', ['/laser/range'])
+    assert (again.separate, again.channel, again.namespace) == (['B'], [laser[3]], '/finger_1')
+    assert again.bags[1:] == ['next_recording'], 'a rig that hangs the loads plays it in one part'
+    assert seen.channel == [laser[3]]
 
 
 def test_in_a_workspace_of_ros_2_its_own_command_finds_the_programs(made, monkeypatch):

@@ -203,7 +203,10 @@ class Step:
 
 @dataclass(frozen=True)
 class Proposal:
-    """The experiment that would decide between two effects, and the probability that it does."""
+    """The experiment that would decide between two effects, and the probability that it does.
+
+    ``ambient``: the room it was planned for, K; None where that is not known.
+    """
 
     separates: tuple[str, str]
     name: str
@@ -213,6 +216,7 @@ class Proposal:
     rate: float
     end: str
     power: float
+    ambient: float | None = None
 
     @property
     def duration(self) -> float:

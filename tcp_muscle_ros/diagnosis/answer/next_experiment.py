@@ -171,7 +171,7 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     names = question.names
     promised = {pair: _HELD * probable for pair, probable in told.items()}
     pair, power = max(promised.items(), key=lambda one: (one[1] >= LEAST_CHANCE, names[0] in one[0], one[1]))
-    return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, like.holding.end, power)
+    return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, like.holding.end, power, ambient)
 
 
 def _usual_current(experiments: Sequence[Experiment]) -> float:
