@@ -24,6 +24,7 @@ from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS
 _FINE = {'displacement': 2e-5, 'resistance': 2e-3}  # m, ohm: 20 um of movement, or what it changes the resistance by
 _RELEASED = 1e-3  # m, by which a muscle that is let go may stay above its setpoint in a room that is a little warmer
 _UNIT = {'displacement': 'm', 'resistance': 'ohm'}
+_CELL = 0.1  # N, by which the zero of a load cell may lie below 0
 _THERMOMETER = 3.0  # s, for which a reading counts: usual readers give one to four a second
 _HOTTEST_READING = 1000.0  # degC; more is a broken thermometer rather than a hot muscle
 
@@ -157,14 +158,16 @@ class ControlledMuscle(SafeMuscle):
                 self.refused_inputs[self._watch.name] += 1
 
     def _take_force(self, message: Float64) -> None:
-        if self.accept_measured('force', message.data, like='load_n'):
-            self._load = max(0.0, message.data)  # a muscle cannot push: below 0 is a slack one, and the cell's zero
-            self._tension.take(self._load)
+        # A muscle cannot push: a little below 0 is a slack one and the zero of its cell, more one the wrong way round.
+        force = 0.0 if -_CELL <= message.data < 0.0 else message.data
+        if self.accept('force', force, like='load_n'):
+            self._load = force
+            self._tension.take(force)
 
     def _take_current(self, message: Float64) -> None:
-        if self.accept_measured('current', message.data, like='current_limit_a'):
-            # Either way round it heats: -1 mA of an ammeter's zero is next to nothing like 1 mA, and what flows through
-            # one that is connected the other way is not to be taken for no current, and the muscle for a cold one.
+        # Either way round it heats: -1 mA of an ammeter's zero is next to nothing like 1 mA, and what flows through one
+        # that is connected the other way is not to be taken for no current, and the muscle for a cold one.
+        if self.accept('current', abs(message.data), like='current_limit_a'):
             self._current.take(abs(message.data))
 
     def _take_temperature(self, message: Temperature) -> None:

@@ -92,11 +92,6 @@ class SafeMuscle:
         row = KNOWN[like]
         return self.within(name, value, row.low, row.high, row.unit)
 
-    def accept_measured(self, name: str, value: float, like: str) -> bool:
-        """As ``accept``, of what a sensor says: its zero may lie below 0, or it may count the other way."""
-        row = KNOWN[like]
-        return self.within(name, value, -row.high, row.high, row.unit)
-
     def within(self, name: str, value: float, low: float, high: float, unit: str) -> bool:
         """Whether an input is a number within the bounds; if not, it is counted and logged."""
         if low <= value <= high:  # False for NaN

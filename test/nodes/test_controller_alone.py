@@ -181,8 +181,9 @@ def test_of_what_is_measured_nonsense_is_refused_and_of_a_load_that_is_told_what
     for value in (nan, -inf, -2e3, 2e3):
         muscle._take_current(Float64(data=value))
         muscle._take_force(Float64(data=value))
+    muscle._take_force(Float64(data=-0.4))  # of a cell the wrong way round, which would show none that is slack
     muscle._take_load(Float64(data=-2e-3))
-    assert muscle.refused_inputs == {'current': 4, 'force': 4, 'load': 1}
+    assert muscle.refused_inputs == {'current': 4, 'force': 5, 'load': 1}
     assert muscle._current.value is muscle._tension.value is muscle._load is None
 
 
