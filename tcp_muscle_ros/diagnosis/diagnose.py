@@ -174,10 +174,13 @@ class _Work:
         """Select once more, with rooms that go their own ways as rooms do: no form of a drift follows them, and physics
         is found in what it misses. As it was where they went farther, and no drift is named for it."""
         assert self.calibration is not None
+        if not (work := self.calibration.fit.problem.work).left:
+            return found
         self.wandering = True
         again = self._selected(self.calibration, testable)
         usual = wandered(again.final) < _FAR * self.model.surroundings.wander
-        self.wandering = usual or any(c.effect == self.model.roles.room for c in again.chosen)
+        whole = bool(again.chosen) or work.left  # one that the work ran out under has nothing to say against the first
+        self.wandering = whole and (usual or any(c.effect == self.model.roles.room for c in again.chosen))
         return again if self.wandering else found
 
     def partial(self) -> Diagnosis:

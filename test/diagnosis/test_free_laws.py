@@ -14,7 +14,7 @@ from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.search.bending import _no_worse, with_bent_form
 from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
-from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _known, _range, promising, with_free_law
+from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _known, _range, promising, refitted, with_free_law
 from tcp_muscle_ros.diagnosis.search.selected import Weighed
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.muscle import EFFECTS
@@ -64,6 +64,15 @@ def test_a_null_and_a_listed_effect_have_no_law():
 def test_what_is_promising_is_the_law_that_is_there(bumpy):
     first = promising(selected(bumpy, []).final)[0]
     assert (first.basis.effect, first.basis.driver) == ('free_conductance', 'temperature')
+
+
+def test_a_law_is_begun_on_the_side_to_which_it_goes(bumpy):
+    bare = selected(bumpy, []).final
+    for law in promising(bare)[:2]:
+        better = refitted(bare, law)
+        went = np.array([better.values[name, None] for name in law.basis.names])
+        assert np.corrcoef(law.values, went)[0, 1] > 0.5
+        assert bare.objective - better.objective > 0.5 * law.gain
 
 
 def test_a_law_has_fewer_knots_than_levels_at_which_its_driver_was_seen(bumpy):

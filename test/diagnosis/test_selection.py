@@ -8,6 +8,7 @@ import pytest
 from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.handed_on import stiffness_of_one_load
+from tcp_muscle_ros.diagnosis.diagnose import _Work
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import ages, calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
@@ -16,6 +17,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.latents import Slip
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.search import company
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen, best_of, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.search.companions import Companions
 from tcp_muscle_ros.diagnosis.search.company import (
@@ -25,7 +27,7 @@ from tcp_muscle_ros.diagnosis.search.company import (
     least_of_rest,
     stands_apart,
 )
-from tcp_muscle_ros.diagnosis.search.holdout import HeldOut, conditions, confirmation, improvement, touched
+from tcp_muscle_ros.diagnosis.search.holdout import Gain, HeldOut, conditions, confirmation, improvement, touched
 from tcp_muscle_ros.diagnosis.search.picking import Picked
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for
 from tcp_muscle_ros.diagnosis.search.rivals import (
@@ -38,6 +40,7 @@ from tcp_muscle_ros.diagnosis.search.rivals import (
     sound,
     truer,
 )
+from tcp_muscle_ros.diagnosis.search.selected import Chosen
 from tcp_muscle_ros.diagnosis.search.selection import _has_the_steps, _Search, select
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 
@@ -550,6 +553,41 @@ def test_what_the_data_admit_in_the_place_of_a_named_effect_is_not_named_beside_
     monkeypatch.setattr('tcp_muscle_ros.diagnosis.search.selection.companions', brings)
     search.add_companions()
     assert search.accepted == ['radiation']
+
+
+def test_what_stays_for_want_of_a_confirmed_rival_is_among_its_rivals(monkeypatch):
+    """Where its numbers are at their bounds it is none; whether it stays is said at last, and how likely it is then."""
+    late = TRUE.with_effects('hysteresis')
+    runs = [experiment(CHANNELS, current, seed=k, muscle=late) for k, current in enumerate((0.27, 0.22))]
+    bare = settle_noise(calibrate(runs, NOMINAL).fit)[0]
+    present = rivals_for(bare, screen(bare, ['hysteresis'])[0], None)[0].fit
+    monkeypatch.setattr(company, 'sound', lambda rival: rival.effect != 'hysteresis')
+    monkeypatch.setattr(company, 'confirmation', lambda *_: (Gain(0.0, 0.0, 0.0, 0.0, 0.0), ()))
+    _, accepted, contests = company.revise(present, ['hysteresis'], ['hysteresis', 'friction', 'two_node'], {}, None)
+    drop, rivals = contests['hysteresis']
+    assert accepted == ['hysteresis'] and len(rivals) > 1
+    assert [r.score for r in rivals] == sorted(r.score for r in rivals)
+    assert 0.0 < Chosen('hysteresis', drop, Gain(0, 0, 0, 0, 0), 1.0, tuple(rivals)).confidence <= 1.0
+
+
+@pytest.mark.parametrize(('limit', 'finds', 'counts'), [(0.0, ('creep',), False), (10.0, (), False),
+                                                        (10.0, ('creep',), True), (1e9, (), True)])  # fmt: skip
+def test_a_second_search_that_the_work_ran_out_under_does_not_take_the_place_of_the_first(
+    monkeypatch, limit, finds, counts
+):
+    first, spent = SimpleNamespace(), Work(limit)
+    again = SimpleNamespace(final=None, chosen=[SimpleNamespace(effect=e) for e in finds])
+    made = _Work((experiment(CHANNELS),), NOMINAL, None, ())
+    made.calibration = SimpleNamespace(fit=SimpleNamespace(problem=SimpleNamespace(work=spent)))
+
+    def selected(*_):
+        spent.add(20.0)
+        return again
+
+    monkeypatch.setattr(made, '_selected', selected)
+    monkeypatch.setattr('tcp_muscle_ros.diagnosis.diagnose.wandered', lambda _: 0.0)
+    assert made._where_rooms_wander(first, []) is (again if counts else first)
+    assert made.wandering == counts
 
 
 def test_where_nothing_is_found_no_stiffness_is_pulled_to_what_was_assumed(softened):

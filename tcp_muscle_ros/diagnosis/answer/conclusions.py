@@ -176,6 +176,8 @@ def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[Not
         'at plausible strength it would change these recordings by less than their noise once the parameters are '
         'recalibrated'
     )
+    if not selection.first.signals:  # the work was done before any was looked at
+        weak = 'it was not tried'
     for name in LISTED:
         hidden = EFFECTS[name].hidden
         if name not in (*untried, *chosen) and (hidden or selection.first.signals.get(name, 0.0) < LEAST_SIGNAL):

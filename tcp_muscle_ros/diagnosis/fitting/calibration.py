@@ -174,7 +174,9 @@ def in_turn(fitted: Fit) -> Fit:
     problem, latents = fitted.problem, []
     for latent, before in zip(problem.latents, ages(problem.experiments, fitted.outputs), strict=True):
         latents.append(replace(latent, before=before))
-    return replace(fitted, problem=problem.with_latents(latents))
+    turned = problem.with_latents(latents)
+    # Of a muscle that ages already, what it shows is not what it showed as if it were new each time.
+    return fit(turned, fitted.z, rounds=0) if turned.ages else replace(fitted, problem=turned)
 
 
 def ages(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> list[Before]:

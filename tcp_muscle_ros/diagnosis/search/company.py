@@ -265,6 +265,8 @@ def revise(
             plain = penalised(bare) - pick.score >= least_drop(pick)
             if pick.effect != effect and not (plain and confirmation(bare, pick.fit)[0].holds):
                 pick = itself  # that one was confirmed, when it was accepted
+                if not any(r.effect == effect for r in rivals):  # though unsound: whether it stays, ``confirm`` says
+                    rivals = sorted([*rivals, itself], key=lambda r: r.score)
             if pick.effect != effect:
                 present, changed = pick.fit, True
                 accepted[accepted.index(effect)] = pick.effect

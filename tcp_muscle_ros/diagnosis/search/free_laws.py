@@ -16,6 +16,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.fitting.run_to_run import differing, repeating
+from tcp_muscle_ros.diagnosis.fitting.weather import as_read, evidence_of
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.unknown import LOG_SPREAD, Unknown
@@ -37,7 +38,7 @@ HALF = 0.5  # of what is left, that a law takes away at least
 _PROBE = 0.1  # of a coefficient's prior spread, by which its slope is taken
 _MARGIN = 0.02  # of a driver's range, so that the recordings do not end at the last knot
 _ROUNDS = 25
-_BEGUN = 0.1  # of the coefficients that the linear approximation has, which the muscle's parameters do not follow yet
+_BEGUN = 0.3  # of the coefficients that the linear approximation has, which the muscle's parameters do not follow yet
 _WHEN = 'time'  # the driver that is no state of the muscle
 LAST = 1.25  # of the work that may be done: such a law comes last, when the listed ones may have taken it all
 _LAGS = (5.0, 30.0, 180.0)  # s: where a law with a lag is begun; a fit goes on from the best
@@ -67,11 +68,12 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
         return found
     if not found.final.problem.work.within(LAST):
         return found
-    left, least = excess(found.final, found), found.final.problem.policy.least_drop
-    to_beat = penalised(found.told.final) - least if circumstance else -np.inf
+    least = found.final.problem.policy.least_drop
     best, scored = found, np.inf
     for begun, keeping in _starts(found) if circumstance is None or unnamed else [less(found, circumstance)]:
         of_state = circumstance is not None and circumstance not in keeping
+        left = excess(found.told.final if of_state else found.final, found)
+        to_beat = _as_followed(begun, circumstance.effect) - least if circumstance and of_state else -np.inf
         tried: list[Rival] = []
         for law in promising(begun, progress, of_state)[:_TRIED]:
             start, kept, better = _alone(found, begun, keeping, refitted(begun, law), law)
@@ -81,7 +83,7 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
             tried.append(Rival(law.basis.effect, better, score))
             remains = excess(better, found)
             gained = penalised(start) - score
-            enough = remains < HALF * left or (of_state and score < to_beat)
+            enough = remains < HALF * left or (of_state and penalised(as_read(better)) < to_beat)
             if not (enough and gained > 2.0 * least and score < scored - least):
                 continue
             if of_state and differing(better, repeating(better)):  # by a law of its state such runs are alike
@@ -93,6 +95,15 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
         if best is not found:
             return _among(best, tried)  # where a law stands instead of a name, none is sought beside it
     return best
+
+
+def _as_followed(begun: Fit, effect: str) -> float:
+    """The score of a room or a draught with a course of its own on top of a fit, whose freedom is paid for.
+
+    Under the noise of the instruments, like the law in its place: each under the noise that it leaves itself, what
+    leaves more would pass for as good.
+    """
+    return penalised(as_read(begun)) - evidence_of(begun, effect)
 
 
 def _among(found: Selection, tried: Sequence[Rival]) -> Selection:
@@ -263,8 +274,8 @@ def _judged(fitted: Fit, projection: Projection, form: Basis, lag: float | None)
     stacked = stacked - projection.orthonormal @ (projection.orthonormal.T @ stacked)
     normal = stacked.T @ stacked + form.prior.T @ form.prior
     reached = stacked.T @ projection.left
-    values = np.linalg.solve(normal, -reached)
-    return replace(law, values=values, gain=float(reached @ -values) - 2.0 * len(values))
+    values = np.linalg.solve(normal, reached)
+    return replace(law, values=values, gain=float(reached @ values) - 2.0 * len(values))
 
 
 def refitted(fitted: Fit, law: Law) -> Fit:
