@@ -14,6 +14,7 @@ from tcp_muscle_ros.recording.checks import Issue, is_noisy, runs
 from tcp_muscle_ros.recording.inputs import drive_of, hold
 from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
 
+FEWEST = 8  # values of a channel: of fewer no noise is told (see diagnosis/noise/noise.py), and no motion
 RESUMED = 'resumed'  # in Recording.known: begins in the middle of something, at no known temperature
 _STILL = 20  # samples, and
 _STILL_S = 2.0  # s of one value, in a channel that is noisy
@@ -104,7 +105,9 @@ def _parts(recording: Recording) -> tuple[Recording, ...]:
     if not cuts:
         return (recording,)
     ends = [0.0, *(t for cut in cuts for t in cut[:2]), recording.duration]
-    spans = [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a >= _SHORTEST]
+    spans = [
+        (a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a >= _SHORTEST and _seen(recording, a, b)
+    ]
     why = '; '.join(cut[2] for cut in cuts)
     if not spans:
         return (recording,)
@@ -116,6 +119,12 @@ def _parts(recording: Recording) -> tuple[Recording, ...]:
         start_ns = recording.start_ns + round(start * 1e9)
         found.append(Recording(recording.path, channels, start_ns, known, (*recording.notes, note), recording.units))
     return tuple(found)
+
+
+def _seen(recording: Recording, start: float, end: float) -> bool:
+    """Whether an output has values enough in a part."""
+    outputs = (channel.time for name, channel in recording.channels.items() if CHANNELS[name].role == 'output')
+    return any(np.count_nonzero((time >= start) & (time < end)) >= FEWEST for time in outputs)
 
 
 def _merged(cuts: list[tuple[float, float, str]]) -> list[tuple[float, float, str]]:

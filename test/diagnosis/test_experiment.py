@@ -1,5 +1,7 @@
 """A recording as the model sees it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -65,6 +67,24 @@ def test_a_beginning_shows_what_the_whole_shows():
     for name, shown in beginning.predict(NOMINAL).items():
         np.testing.assert_array_equal(shown, whole.predict(NOMINAL)[name][: shown.size])
         assert 0 < shown.size < whole.observed[name].time.size
+
+
+@pytest.mark.parametrize('more', [0, 1, 2, 7])
+def test_a_channel_that_ended_before_the_drive_began_is_left_out(more):
+    # Of a thermometer whose log ended as the current's began one or two values may lie within that, which tell nothing.
+    early = np.arange(-15.0 + more, more, 1.0)
+    found = simulate(NOMINAL, TIME, CURRENT)
+    made = recording(
+        current=(TIME + 20.0, CURRENT),
+        displacement=(TIME + 20.0, found.displacement),
+        temperature=(early + 20.0, np.full(early.size, NOMINAL['T0'])),
+    )
+    experiment = prepare(made, NOMINAL)
+    assert set(experiment.observed) == {'displacement'}
+    assert any(note.startswith(f'temperature: {more} values') and 'left out' in note for note in experiment.notes)
+    alone = replace(made, channels={name: made[name] for name in ('current', 'temperature')})
+    with pytest.raises(BadInput, match='temperature'):
+        prepare(alone, NOMINAL)
 
 
 def test_the_force_at_a_loaded_end_is_the_load():

@@ -36,3 +36,13 @@ def test_nothing_is_kept_of_a_silence_wherever_another_run_begins(jump, spans):
     found = [(part.start_ns * 1e-9, part.start_ns * 1e-9 + part.duration) for part in parts]
     assert np.array(found) == pytest.approx(np.array(spans), abs=0.2)
     assert all('no current for 30.' in part.notes[-1] and f'jumps at {jump:.1f} s' in part.notes[-1] for part in parts)
+
+
+def test_a_part_with_hardly_a_value_is_none():
+    # The record resumes for 6 s, in which a thermometer that is read once a second tells nothing of a muscle.
+    time = np.concatenate([np.arange(0.0, 60.0), np.arange(100.0, 106.0), np.arange(140.0, 200.0)])
+    current = np.where(np.mod(time, 20.0) < 10.0, 0.2, 0.0)
+    warm = 300.0 + 10.0 * np.sin(time)
+    made = {'current': Channel('current', time, current, ''), 'temperature': Channel('temperature', time, warm, '')}
+    parts = mend(Recording('made', made, 0)).parts
+    assert [round(part['temperature'].time.size, -1) for part in parts] == [60, 60]

@@ -1,5 +1,6 @@
 """Make a recording ready for the model."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.inputs import changes, drive_of, hold, stated_ambient
+from tcp_muscle_ros.recording.mending import FEWEST
 from tcp_muscle_ros.recording.plausibility import not_across
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recording, shared
 
@@ -33,7 +35,7 @@ def prepare(
         most: the largest number of observations a channel; longer ones are averaged in blocks.
 
     Raises:
-        BadInput: no input, no output, or fewer than two samples of them.
+        BadInput: no input, no output, or too few samples of them.
     """
     conditions = conditions or Conditions()
     notes: list[str] = list(recording.notes)
@@ -61,18 +63,18 @@ def prepare(
     drive = coarsened(drive, most, 1.0 if kind == 'power' else 2.0)
     load = coarsened(load, most, 1.0)
     start = max(float(drive.time[0]), 0.0)
-    end = max(float(channel.time[-1]) for channel in observed.values())
-    if end <= start:
-        raise BadInput(
-            f'{recording.path}: {kind} begins at {start:.4g} s, after the last of {", ".join(observed)} ({end:.4g} s): '
-            'are these of one recording, and of one clock?'
-        )
     blocks: dict[str, Observed] = {}
     for name, channel in observed.items():
         made = averaged(channel, drive, load, most, start)
+        if made.time.size < FEWEST:
+            notes.append(f'{name}: {made.time.size} values since the {kind} began ({start:.4g} s), too few: left out')
+            continue
         weighs = nearest_reading(steady[name], made.time) if name in steady else None
         time = shared(made.time, (other.time for other in blocks.values()))
         blocks[name] = replace(made, time=time, steady=weighs)
+    if not blocks:
+        raise _nothing_since(recording, kind, start, observed)
+    end = max(float(observed[name].time[-1]) for name in blocks)
     grid = instants_of([channel.time for channel in blocks.values()], drive, load, start, end)
     between, lost = (found[(found[:, 0] >= start) & (found[:, 1] <= end)] for found in (between, lost))
     room = stated_ambient(recording, conditions.ambient)
@@ -81,6 +83,17 @@ def prepare(
     imposed = Imposed(kind, grid, hold(drive, grid), pull, hold(air, grid), between, lost, unsure, unread)
     experiment = Experiment(recording.path, imposed, holding, blocks, known, tuple(notes), recording.start_ns)
     return replace(experiment, fingerprint=recording.fingerprint)
+
+
+def _nothing_since(recording: Recording, kind: str, start: float, observed: Mapping[str, Channel]) -> BadInput:
+    """What is wrong with a recording of which no channel has enough values since its drive began."""
+    end, names = max(float(channel.time[-1]) for channel in observed.values()), ', '.join(observed)
+    if end <= start:
+        return BadInput(
+            f'{recording.path}: {kind} begins at {start:.4g} s, after the last of {names} ({end:.4g} s): '
+            'are these of one recording, and of one clock?'
+        )
+    return BadInput(f'{recording.path}: fewer than {FEWEST} values of {names} since the {kind} began ({start:.4g} s)')
 
 
 def _without_other_voltage(recording: Recording, notes: list[str]) -> Recording:
