@@ -9,7 +9,9 @@ from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit, slopes
+from tcp_muscle_ros.diagnosis.fitting.weighing import each_by_its_noise, structures
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
+from tcp_muscle_ros.diagnosis.noise.noise import over_all
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.holding import Conditions
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
@@ -155,3 +157,49 @@ def test_the_error_of_a_calibration_is_that_of_single_samples_as_a_replay_has_it
     errors = [calibrate([prepare(recording, NOMINAL, most=most)], NOMINAL).rmse() for most in (None, 200)]
     assert errors[0]['displacement'][0] == pytest.approx(NOISE['displacement'], rel=0.1)
     assert errors[1]['displacement'][0] == pytest.approx(errors[0]['displacement'][0], rel=0.1)
+
+
+CHANNELS = ('temperature', 'resistance', 'displacement')
+
+
+def averaged_in(seed, current, samples, slow=0.0):
+    """A recording of means of so many samples, with a noise (m) of the stroke that stays for seconds."""
+    made, rng = experiment(CHANNELS, current, seed=seed), np.random.default_rng(seed + 50)
+    clean = simulate(TRUE, TIME, made.imposed.drive, kind='current', load=0.588)
+    wanders = np.zeros(TIME.size)
+    for k, step in enumerate(slow * rng.standard_normal(TIME.size)):
+        wanders[k] = 0.96 * wanders[k - 1] + 0.28 * step  # of 5 s
+    observed = {}
+    for name in CHANNELS:
+        noise = NOISE[name] / np.sqrt(samples) * rng.standard_normal(TIME.size)
+        value = getattr(clean, name) + noise + (wanders if name == 'displacement' else 0.0)
+        observed[name] = Observed(TIME, value, np.full(TIME.size, float(samples)), spacing=0.2 / samples)
+    return replace(made, observed=observed)
+
+
+@pytest.mark.parametrize('samples', [(100, 100, 1), (1, 1, 100)])
+def test_means_of_many_samples_and_single_ones_are_both_weighed_by_their_noise(samples):
+    runs = [averaged_in(k, current, n) for k, (current, n) in enumerate(zip((0.27, 0.22, 0.25), samples, strict=True))]
+    fitted = calibrate(runs, NOMINAL).fit
+    for residuals in fitted.residuals:
+        for white in np.split(residuals[:-1], len(CHANNELS)):
+            assert 0.5 < np.mean(white**2) < 1.4  # a noise is a ten thousandth of the span at least
+    noise = {name: found.noise for name, found in structures(fitted).items()}
+    said = over_all(fitted.problem.experiments, noise)  # as errors are: over all values
+    assert said['displacement'] == pytest.approx(
+        NOISE['displacement'] * np.sqrt(np.mean(1.0 / np.array(samples))), rel=0.2
+    )
+
+
+def test_a_noise_that_no_mean_takes_away_is_not_taken_for_less_where_more_was_averaged():
+    runs = [averaged_in(k, current, n, 5e-5) for k, (current, n) in enumerate([(0.27, 1), (0.22, 1), (0.25, 100)])]
+    beside = [run.observed['displacement'].beside for run in calibrate(runs, NOMINAL).fit.problem.experiments]
+    assert beside[:2] == pytest.approx([1.0, 1.0], abs=0.1)
+    assert beside[2] < 2.0  # by the counts 10, by what is quick 5
+
+
+def test_recordings_that_are_averaged_nearly_alike_have_one_noise():
+    runs = [averaged_in(k, current, n) for k, (current, n) in enumerate([(0.27, 2), (0.22, 3)])]
+    fitted = calibrate(runs, NOMINAL).fit
+    assert each_by_its_noise(fitted) is fitted
+    assert all(observed.beside == 1.0 for run in fitted.problem.experiments for observed in run.observed.values())

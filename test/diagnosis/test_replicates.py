@@ -1,5 +1,7 @@
 """What differs between the same thing done twice is noise, however much the model misses of both."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,6 +34,15 @@ def test_the_same_recording_made_again_tells_the_noise_from_what_the_model_misse
     left = [{'displacement': missed(5.0, 1)}, {'displacement': missed(11.0, 2)}]
     found = pure_error(made, left, 'displacement', done_twice(made))
     assert found.sigma == pytest.approx(NOISE, rel=0.35)
+
+
+def test_what_both_miss_alike_is_no_noise_where_one_weighs_more():
+    made = [recording(5.0), recording(11.0)]
+    seen = made[1].observed['displacement']
+    made[1] = replace(made[1], observed={'displacement': replace(seen, beside=4.0)})
+    left = [{'displacement': missed(5.0, 1)}, {'displacement': 4.0 * missed(11.0, 2)}]
+    found = pure_error(made, left, 'displacement', done_twice(made))
+    assert found.sigma == pytest.approx(np.sqrt(2.0 / (1.0 + 4.0**-2)) * NOISE, rel=0.35)
 
 
 @pytest.mark.parametrize('other', [recording(5.0, load=0.4), recording(5.0, current=0.2)], ids=['load', 'current'])

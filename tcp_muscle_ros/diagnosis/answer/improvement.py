@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Value, 
 from tcp_muscle_ros.diagnosis.fitting import draught, slips
 from tcp_muscle_ros.diagnosis.fitting.least_squares import WIDTH, Fit
 from tcp_muscle_ros.diagnosis.model.model import floating
+from tcp_muscle_ros.diagnosis.noise.noise import over_all
 from tcp_muscle_ros.diagnosis.search.holdout import changed_by, held_out
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
 from tcp_muscle_ros.diagnosis.search.selected import Selection
@@ -53,8 +54,9 @@ def fits(selection: Selection, nominal: Parameters) -> dict[str, ChannelFit]:
 
 
 def noises(selection: Selection) -> dict[str, float]:
-    """The standard deviation (SI) of each channel's noise, of single samples."""
-    return of_samples(selection.final, {name: s.noise.sigma for name, s in selection.structure_after.items()})
+    """The standard deviation (SI) of each channel's noise, of single samples, over all recordings as errors are."""
+    noise = {name: s.noise for name, s in selection.structure_after.items()}
+    return of_samples(selection.final, over_all(selection.final.problem.experiments, noise))
 
 
 def nominal_predictions(fitted: Fit, nominal: Parameters) -> list[dict[str, np.ndarray]]:

@@ -14,6 +14,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.as_assumed import as_assumed
 from tcp_muscle_ros.diagnosis.fitting.least_squares import WIDTH, Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.warm_start import begun_warm
+from tcp_muscle_ros.diagnosis.fitting.weighing import each_by_its_noise
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Before, Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
@@ -125,6 +126,10 @@ def calibrate(
     fitted = begun_warm(cold, freely, coarse_start)
     if fitted is not cold:
         fitted = under_what_is_left(fitted, briefly, rounds - 1)
+    for _ in range(2):  # by weights that are nearer, the noise of each recording is told better
+        weighed = each_by_its_noise(fitted)
+        if weighed is not fitted:
+            fitted = under_what_is_left(weighed, briefly)
     problem = fitted.problem
     found = estimates(problem.model, problem.unknowns, fitted.z, fitted.covariance)
     return Calibration(fitted, tuple(found), tuple(_combinations(fitted)))

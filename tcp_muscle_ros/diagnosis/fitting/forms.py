@@ -62,7 +62,7 @@ def _bent(fitted: Fit, plain: Problem, effect: str) -> list[Shown]:
         for name, observed in experiment.observed.items():
             signature = own[name] - np.mean(own[name]) if plain.model.channels[name].floating else own[name]
             size = float(np.sqrt(np.mean(signature**2)))
-            if size > _NOTHING * plain.noise[name].sigma:
+            if size * observed.beside > _NOTHING * plain.noise[name].sigma:
                 smooth = _smooth(drivers(experiment, outputs, observed.time), knots)
                 bent = [signature[:, None] * smooth, size * smooth]
                 if plain.model.effects[effect].whole or plain.model.effects[effect].moments:

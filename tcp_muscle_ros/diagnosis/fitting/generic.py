@@ -118,8 +118,9 @@ class Structure:
 
     ``noise``: size and colour of what it leaves; ``inflation``: how much the variance of slow sums exceeds that of the
     assumed colour (1: nothing beyond it); ``gain``: drop of the whitened sum of squares, over the columns' number
-    ``terms``; ``fitted``: its prediction, one array a recording (SI); ``confirmed``: fitted without one part of the
-    data, it predicts that part better than nothing does.
+    ``terms``; ``fitted``: its prediction, one array a recording (SI, as residuals weigh); ``confirmed``: fitted without
+    one part of the data, it predicts that part better than nothing does; ``own``: the size (SI, as residuals weigh) of
+    what it leaves of each recording.
     """
 
     noise: Noise
@@ -128,6 +129,7 @@ class Structure:
     terms: int
     fitted: tuple[Array, ...]
     confirmed: bool
+    own: tuple[float, ...] = ()
 
     @property
     def significant(self) -> bool:
@@ -145,6 +147,7 @@ def structure(
     channel: Channel | None = None,
     *,
     most_of_single: float,
+    beside: Sequence[float] | None = None,
 ) -> Structure:
     """Regress one channel's residuals on the generic basis: first plainly to learn the noise, then whitened.
 
@@ -152,9 +155,12 @@ def structure(
     less, nor more than such an instrument wanders: what is slow and large is misfit. ``repeated`` is the noise that
     repeated cycles show; it is taken where it is the smaller, since structure that this basis misses is not in it.
     ``most_of_single``: times the noise of single readings, which it is at most beside that wander. ``channel``: which
-    it is; one that shows the stroke wears and is broken in.
+    it is; one that shows the stroke wears and is broken in. ``beside``: what the residuals of each recording, and so
+    all that they may go with, were weighed by beside the others; default nothing.
     """
     columns = basis(found, channel is not None and channel.floating)
+    if beside is not None:
+        columns = [c * weighs for c, weighs in zip(columns, beside, strict=True)]
     stacked, together = np.vstack(columns), np.concatenate(residuals)
     weights = _solve(stacked, together)
     left = [r - c @ weights for r, c in zip(residuals, columns, strict=True)]
@@ -178,7 +184,8 @@ def structure(
     gain = float(white @ white - rest @ rest) / inflation
     terms = int(np.linalg.matrix_rank(white_columns))
     fitted = tuple(c @ coefficients for c in columns)
-    return Structure(noise, inflation, gain, terms, fitted, _confirmed(white, white_columns, times, sizes))
+    own = tuple(n.sigma for n in noises)
+    return Structure(noise, inflation, gain, terms, fitted, _confirmed(white, white_columns, times, sizes), own)
 
 
 def _confirmed(white: Array, columns: Array, times: Sequence[Array], sizes: Sequence[int]) -> bool:

@@ -87,8 +87,11 @@ class Fit:
 
     @cached_property
     def plain_square(self) -> dict[str, float]:
-        """The same of what is left, each sample weighing alike."""
-        return _mean_square(self.left)
+        """The same of what is left, each sample of a recording weighing alike."""
+        seen = [experiment.observed for experiment in self.problem.experiments]
+        return _mean_square(
+            [{n: x * o[n].beside for n, x in mine.items()} for o, mine in zip(seen, self.left, strict=True)]
+        )
 
     @cached_property
     def still_square(self) -> dict[str, float]:

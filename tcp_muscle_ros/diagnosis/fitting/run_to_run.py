@@ -16,7 +16,7 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import refitted
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Shown
 from tcp_muscle_ros.diagnosis.noise.discrepancy import Allowance
-from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
+from tcp_muscle_ros.diagnosis.noise.noise import over_all, quick_noise
 from tcp_muscle_ros.diagnosis.noise.repeatability import SCALES, Repeatability, between_runs
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle.arrays import Array
@@ -52,12 +52,13 @@ def _as_read(fitted: Fit) -> list[Shown]:
 def differing(fitted: Fit, repeated: Mapping[str, Repeatability]) -> list[str]:
     """The channels in which runs of one protocol differ by more than the noise, the model misses more than it, and most
     of the difference is none that the model foretells: what is left of one that it does is its form's."""
-    noise = quick_noise(fitted.problem.experiments)
+    experiments = fitted.problem.experiments
+    noise = over_all(experiments, quick_noise(experiments))
     as_they_are = between_runs(fitted.problem.followed)
     return [
         name
         for name, found in repeated.items()
-        if min(found.own_gain * found.peak, float(np.sqrt(fitted.mean_square[name]))) > BEYOND_NOISE * noise[name].sigma
+        if min(found.own_gain * found.peak, float(np.sqrt(fitted.mean_square[name]))) > BEYOND_NOISE * noise[name]
         and found.own_gain**2 > _MOSTLY * as_they_are[name].own_gain ** 2
     ]
 

@@ -1,5 +1,6 @@
 """What a channel weighs: the noise that a fit leaves, with what it misses, and the same fit under another noise."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 
@@ -10,6 +11,10 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.noise.replicates import done_twice, pure_error
+from tcp_muscle_ros.diagnosis.observation.scatter import white_sigma
+from tcp_muscle_ros.muscle.arrays import Array
+
+_UNLIKE = 4.0  # times as many samples: means of fewer do not scatter half as much at best, and one noise serves all
 
 
 @lru_cache(maxsize=8)
@@ -22,15 +27,65 @@ def structures(fitted: Fit) -> dict[str, Structure]:
     found = {}
     for name in sorted({n for e in problem.experiments for n in e.observed}):
         owners = [k for k, e in enumerate(problem.experiments) if name in e.observed]
-        times = [problem.experiments[k].observed[name].time for k in owners]
+        seen = [problem.experiments[k].observed[name] for k in owners]
+        times = [o.time for o in seen]
         drive = [drivers(problem.followed[k], outputs[k], t) for k, t in zip(owners, times, strict=True)]
         mine = [left[k][name] for k in owners]
-        averaged = float(np.mean(np.concatenate([problem.experiments[k].observed[name].count for k in owners])))
+        averaged = float(np.mean(np.concatenate([o.count for o in seen])))
         repeated = pure_error(problem.experiments, left, name, twice)
         found[name] = structure(
-            mine, times, drive, floor[name], repeated, averaged, problem.model.channels[name], most_of_single=most
+            mine,
+            times,
+            drive,
+            floor[name],
+            repeated,
+            averaged,
+            problem.model.channels[name],
+            most_of_single=most,
+            beside=[o.beside for o in seen],
         )
     return found
+
+
+def each_by_its_noise(fitted: Fit) -> Fit:
+    """The same fit, in which the values of a channel weigh by the noise of their own recording, where they are means of
+    far more samples in one than in another; else the fit itself.
+
+    Means of n samples scatter by a root of n less where that is white, and hardly less where it is slow. Counts do not
+    tell which, nor do second differences, which see only what is quick: by either, a recording that is averaged much
+    would outweigh the others by what it does not have. What the generic model leaves of each holds both. It is believed
+    as far as counts explain it: what differs beyond that is misfit, or chance.
+    """
+    problem = fitted.problem
+    unlike = {name: count for name, count in _counts(problem).items() if count.max() >= _UNLIKE * count.min()}
+    if not unlike:
+        return fitted
+    found = structures(fitted)
+    weighs: dict[str, Iterator[float]] = {}
+    for name, count in unlike.items():
+        seen = [e.observed[name] for e in problem.experiments if name in e.observed]
+        sizes = [left / o.beside for left, o in zip(found[name].own, seen, strict=True)]
+        # The generic model may follow the noise of a few values.
+        least = [max(white_sigma(o.value, o.swinging), 1e-12) for o in seen]
+        noise, most = np.log(np.maximum(sizes, least)), 0.5 * np.log(count / np.median(count))
+        quieter = np.clip(np.median(noise) - noise, np.minimum(most, 0.0), np.maximum(most, 0.0))
+        weighs[name] = iter(np.exp(quieter).tolist())
+    experiments = tuple(
+        replace(
+            e, observed={n: replace(o, beside=next(weighs[n])) if n in weighs else o for n, o in e.observed.items()}
+        )
+        for e in problem.experiments
+    )
+    return refitted(fitted, replace(problem, experiments=experiments))
+
+
+def _counts(problem: Problem) -> dict[str, Array]:
+    """How many samples a usual value of each channel is the mean of, one entry a recording that has it."""
+    counts: dict[str, list[float]] = {}
+    for experiment in problem.experiments:
+        for name, observed in experiment.observed.items():
+            counts.setdefault(name, []).append(float(np.median(observed.count)))
+    return {name: np.array(found) for name, found in counts.items()}
 
 
 def _floor(problem: Problem) -> dict[str, float]:

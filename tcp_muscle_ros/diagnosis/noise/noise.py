@@ -4,12 +4,13 @@ Noise is taken as a first-order autoregression per channel: ``e_k = phi e_{k-1} 
 coloured, and tests that assume white noise raise false alarms almost always (see docs/diagnosis.md).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.observation.scatter import white_sigma
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -67,11 +68,28 @@ def slow_size(noise: Noise) -> float:
 
 
 def quick_noise(experiments: Sequence[Experiment]) -> dict[str, Noise]:
-    """White noise of each channel, from the recordings' second differences; a small share of the span at least."""
+    """White noise of each channel, from the recordings' second differences; a small share of the span at least.
+
+    It is that of a usual recording: values that weigh less beside it have more.
+    """
     noise = {}
-    for name in sorted({name for e in experiments for name in e.observed}):
-        found = [e.observed[name] for e in experiments if name in e.observed]
+    for name, found in _by_channel(experiments).items():
         span = max(float(np.ptp(o.value)) for o in found)
-        sigma = float(np.median([white_sigma(o.value, o.swinging) for o in found]))
+        sigma = float(np.median([white_sigma(o.value, o.swinging) * o.beside for o in found]))
         noise[name] = Noise(max(sigma, 1e-4 * span, 1e-9))
     return noise
+
+
+def over_all(experiments: Sequence[Experiment], noise: Mapping[str, Noise]) -> dict[str, float]:
+    """Root mean square (SI) of the noise of all values of each channel, of which ``noise`` is that of a usual one."""
+    found = {}
+    for name, observed in _by_channel(experiments).items():
+        variances = [o.beside**-2.0 for o in observed]
+        found[name] = noise[name].sigma * float(np.sqrt(np.average(variances, weights=[o.time.size for o in observed])))
+    return found
+
+
+def _by_channel(experiments: Sequence[Experiment]) -> dict[str, list[Observed]]:
+    """Each channel of the recordings that have it."""
+    names = sorted({name for e in experiments for name in e.observed})
+    return {name: [e.observed[name] for e in experiments if name in e.observed] for name in names}

@@ -139,14 +139,18 @@ def pure_error(
     for k, other, (start, end, shift) in twice:
         if channel not in residuals[k] or channel not in residuals[other]:
             continue
-        time, again = experiments[k].observed[channel].time, experiments[other].observed[channel].time
+        one, two = experiments[k].observed[channel], experiments[other].observed[channel]
+        time, again = one.time, two.time
         inside = (time >= start + 1.0) & (time <= end - 1.0)
         if np.count_nonzero(inside) < 20:
             continue
         wanted = time[inside] + shift
         nearest = np.abs(again[np.minimum(np.searchsorted(again, wanted), again.size - 1)] - wanted)
         kept = nearest < 2.0  # resistance may have been read in one of the two only
-        difference = (residuals[k][channel][inside] - np.interp(wanted, again, residuals[other][channel]))[kept]
+        # Both miss the same by what the model lacks, and not the same times what each weighs beside the other.
+        mine, others = residuals[k][channel] / one.beside, residuals[other][channel] / two.beside
+        usual = float(np.sqrt(0.5 * (one.beside**-2.0 + two.beside**-2.0)))
+        difference = (mine[inside] - np.interp(wanted, again, others))[kept] / usual
         if difference.size < 20:
             continue
         noises.append(estimate(difference, 0.0))

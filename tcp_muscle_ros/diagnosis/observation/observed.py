@@ -20,6 +20,7 @@ class Observed:
     ``swinging``: which were taken while a weight may swing, shape (m,), None: none of them.
     ``within``: variance (SI squared) of single samples about the mean of their block.
     ``steady``: what single readings weigh beside a usual one of the recording, at most 1, shape (m,); None: all alike.
+    ``beside``: what its values weigh beside those of other recordings, which may be means of more samples, or of fewer.
     """
 
     time: Array
@@ -30,6 +31,7 @@ class Observed:
     stretch: Array | None = None
     within: float = 0.0
     steady: Array | None = None
+    beside: float = 1.0
 
     @property
     def apart(self) -> float:
@@ -78,7 +80,7 @@ class Observed:
         """What one value weighs beside a usual one: means of fewer samples are noisier, and so may be readings."""
         if not self.count.size:
             return self.count
-        weight = np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0)
+        weight = np.minimum(np.sqrt(self.count / np.median(self.count)), 1.0) * self.beside
         return weight if self.steady is None else weight * self.steady
 
     def only(self, keep: Mask) -> 'Observed':

@@ -325,9 +325,10 @@ def changed_by(fitted: Fit, effect: str) -> frozenset[str]:
     without, kept = without_effect(fitted.problem, effect)
     shown = without.predictions(fitted.z[kept])
     found = set()
-    for had, has in zip(shown, fitted.predictions, strict=True):
-        for name, noise in fitted.problem.noise.items():
-            if name in had and float(np.sqrt(np.mean((has[name] - had[name]) ** 2))) > _TOUCHES * noise.sigma:
+    for had, has, experiment in zip(shown, fitted.predictions, fitted.problem.experiments, strict=True):
+        for name, observed in experiment.observed.items():
+            changed = float(np.sqrt(np.mean((has[name] - had[name]) ** 2))) * observed.beside
+            if changed > _TOUCHES * fitted.problem.noise[name].sigma:
                 found.add(name)
     return frozenset(found)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, Structure, drivers
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.noise.noise import Noise, slow_size
+from tcp_muscle_ros.diagnosis.noise.noise import slow_size
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 _TRANSITION = 2.0  # s after a switch
@@ -101,7 +101,8 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
     inside = inside if np.any(inside) else np.ones(misfit.size, dtype=bool)
     kept = np.split(inside, np.cumsum([part.size for part in smooth])[:-1])
     missed = [fitted.left[k][channel][there] for k, there in zip(owners, kept, strict=True)]
-    size, mean = _typical(missed, found[channel].noise)
+    noise = slow_size(found[channel].noise)
+    size, mean = _typical(missed, [noise / problem.experiments[k].observed[channel].beside for k in owners])
     found_drivers = [Driver(problem.model.state_title, low, high, share, problem.model.state_unit)]
     load = np.concatenate([d.load for d in seen])
     if np.ptp(load) > 0.0:
@@ -159,13 +160,16 @@ def _narrowest(variable: Array, energy: Array, wanted: float) -> tuple[float, fl
     return float(edges[0]), float(edges[-1]), 1.0
 
 
-def _typical(missed: Sequence[Array], noise: Noise) -> tuple[float, float | None]:
+def _typical(missed: Sequence[Array], noises: Sequence[float]) -> tuple[float, float | None]:
     """The root mean square of what is missed in each recording; and its mean, where that is half as large at least and
-    has the same sign in each, beyond what noise gives; else None."""
-    parts = [part for part in missed if part.size]
-    together = np.concatenate(parts)
+    has the same sign in each, beyond what its noise (slow, SI) gives; else None."""
+    together = np.concatenate(missed)
     size, mean = float(np.sqrt(np.mean(together**2))), float(np.mean(together))
-    sure = [np.sign(mean) * float(np.mean(part)) > _SURE * slow_size(noise) / np.sqrt(part.size) for part in parts]
+    sure = [
+        np.sign(mean) * float(np.mean(part)) > _SURE * noise / np.sqrt(part.size)
+        for part, noise in zip(missed, noises, strict=True)
+        if part.size
+    ]
     return size, mean if abs(mean) >= _MOSTLY * size and all(sure) else None
 
 
