@@ -25,7 +25,7 @@ SWINGING = np.mod(TIME, 70.0) < 40.0
 DATA = {
     Experiment: {'name', 'imposed', 'holding', 'observed', 'known', 'notes', 'start_ns', 'model', 'fingerprint'},
     Imposed: {'kind', 'time', 'drive', 'load', 'ambient', 'switches', 'lost', 'unsure', 'unread'},
-    Observed: {'time', 'value', 'count', 'swinging', 'spacing', 'stretch', 'within', 'steady'},
+    Observed: {'time', 'value', 'count', 'swinging', 'spacing', 'stretch', 'within', 'steady', 'beside'},
 }
 ROOMS = Path(tcp_muscle_ros.diagnosis.__path__[0])
 # What makes other experiments of a problem: a part of the data, and a planned recording.

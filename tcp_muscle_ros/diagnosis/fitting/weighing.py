@@ -1,6 +1,5 @@
 """What a channel weighs: the noise that a fit leaves, with what it misses, and the same fit under another noise."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 
@@ -61,22 +60,18 @@ def each_by_its_noise(fitted: Fit) -> Fit:
     if not unlike:
         return fitted
     found = structures(fitted)
-    weighs: dict[str, Iterator[float]] = {}
+    weighs: list[dict[str, float]] = [{} for _ in problem.experiments]
     for name, count in unlike.items():
-        seen = [e.observed[name] for e in problem.experiments if name in e.observed]
+        owners = [k for k, e in enumerate(problem.experiments) if name in e.observed]
+        seen = [problem.experiments[k].observed[name] for k in owners]
         sizes = [left / o.beside for left, o in zip(found[name].own, seen, strict=True)]
         # The generic model may follow the noise of a few values.
         least = [max(white_sigma(o.value, o.swinging), 1e-12) for o in seen]
         noise, most = np.log(np.maximum(sizes, least)), 0.5 * np.log(count / np.median(count))
         quieter = np.clip(np.median(noise) - noise, np.minimum(most, 0.0), np.maximum(most, 0.0))
-        weighs[name] = iter(np.exp(quieter).tolist())
-    experiments = tuple(
-        replace(
-            e, observed={n: replace(o, beside=next(weighs[n])) if n in weighs else o for n, o in e.observed.items()}
-        )
-        for e in problem.experiments
-    )
-    return refitted(fitted, replace(problem, experiments=experiments))
+        for k, much in zip(owners, quieter, strict=True):
+            weighs[k][name] = float(np.exp(much))
+    return refitted(fitted, problem.weighing(weighs))
 
 
 def _counts(problem: Problem) -> dict[str, Array]:

@@ -67,6 +67,12 @@ class Problem:
             latents=tuple(latent.only(mine) for latent, mine in zip(self.latents, keep, strict=True)),
         )
 
+    def weighing(self, beside: Sequence[Mapping[str, float]]) -> 'Problem':
+        """The same, in which the values of a channel weigh so much beside those of other recordings, by their noise."""
+        return replace(
+            self, experiments=tuple(one.weighing(mine) for one, mine in zip(self.experiments, beside, strict=True))
+        )
+
     @property
     def model(self) -> Model:
         """What the experiments were recorded of."""

@@ -64,6 +64,11 @@ class Experiment:
         """A part of it: of each channel in it, which values it keeps."""
         return replace(self, observed={n: o.only(keep[n]) for n, o in self.observed.items() if n in keep})
 
+    def weighing(self, beside: Mapping[str, float]) -> 'Experiment':
+        """The same, of which these channels weigh so much beside those of other recordings."""
+        observed = {n: replace(o, beside=beside.get(n, o.beside)) for n, o in self.observed.items()}
+        return replace(self, observed=observed)
+
     def until(self, end: float) -> 'Experiment':
         """Its beginning, with the first instant at or after ``end`` (s)."""
         inputs = self.imposed
