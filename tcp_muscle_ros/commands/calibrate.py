@@ -93,8 +93,9 @@ def admitted(recordings: Sequence[Recording], nominal: ParameterFile, most: int)
     """Recordings that a calibration can use, averaged to at most so many observations. BadInput as the gate says."""
     from tcp_muscle_ros.diagnosis.observation.admission import refuse_still
     from tcp_muscle_ros.diagnosis.observation.observe import whole
+    from tcp_muscle_ros.recording.leaps import as_made
 
-    experiments = whole(recordings, nominal, most)
+    experiments = whole(as_made(recordings), nominal, most)
     refuse_still(experiments)
     return experiments
 

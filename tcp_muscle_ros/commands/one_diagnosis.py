@@ -79,7 +79,9 @@ def diagnosed(
     from tcp_muscle_ros.diagnosis.diagnose import Interrupted, diagnose
     from tcp_muscle_ros.diagnosis.observation.observe import prepared
     from tcp_muscle_ros.process.memory import give_back
+    from tcp_muscle_ros.recording.leaps import as_made
 
+    recordings[:] = as_made(recordings)  # a muscle wears from one to the next, in whichever order they are named
     mended, experiments = prepared(recordings, nominal)
     beat = progress.beat if progress else None
     try:

@@ -11,12 +11,22 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from tcp_muscle_ros.recording.cdr import Index
-from tcp_muscle_ros.recording.recording import Array
+from tcp_muscle_ros.recording.recording import UNDATED_NS, Array, Recording
 
 DAY_NS = 86_400 * 1_000_000_000
 _APART_NS = 7 * DAY_NS  # a bag that was left open over some days is one recording still
 _SEVERAL = 5  # messages before and after, of which the one in the middle counts: a few may overtake others
 _BACK_NS, _BACK_PERIODS = 200_000_000, 5.0  # a clock that is set back by less is disciplined, not set
+
+
+def dated(recording: Recording) -> bool:
+    """Whether the start of a recording is a date, and not the beginning of a clock that nobody set."""
+    return recording.start_ns >= UNDATED_NS + DAY_NS
+
+
+def as_made(recordings: Sequence[Recording]) -> list[Recording]:
+    """Recordings in the order in which they were made, where all are dated; else as they are given."""
+    return sorted(recordings, key=lambda one: one.start_ns) if all(map(dated, recordings)) else list(recordings)
 
 
 class Part(NamedTuple):

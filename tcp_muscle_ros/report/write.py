@@ -72,7 +72,8 @@ def write_report(
         write_ages(path / IMPROVED, diagnosis.ages)
         (path / RIG).write_text(render_rig(diagnosis.rig, _RIG_HEADING), encoding='utf-8')
         if diagnosis.next_experiment is not None:
-            holding = experiments[0].holding if experiments else None
+            end = diagnosis.next_experiment.end
+            holding = next((e.holding for e in experiments if e.holding.end == end), None)
             write_protocol(path / PROTOCOL, diagnosis.next_experiment, holding)
         if experiments:
             write_diagnosis_overlay(path / 'overlay', experiments, diagnosis.series)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tcp_muscle_ros.muscle import Parameters
-from tcp_muscle_ros.recording.leaps import DAY_NS
+from tcp_muscle_ros.recording.leaps import dated
 from tcp_muscle_ros.recording.mending import mend
-from tcp_muscle_ros.recording.recording import UNDATED_NS, Recording
+from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.settings.rig import Rig, on_rig
 
 _SAME = 1.0  # s, by which the ends of one recording may differ
@@ -70,8 +70,7 @@ def read_ages(parameter_file: str | Path) -> tuple[Age, ...]:
 
 def as_old_as_then(muscle: Parameters, ages: Sequence[Age], recording: Recording) -> Parameters:
     """The muscle as it was when the recording was made, where that is surely one of those; else as it is."""
-    dated = recording.start_ns >= UNDATED_NS + DAY_NS
-    age = _begun(ages, recording.start_ns) if dated else _undated(ages, recording)
+    age = _begun(ages, recording.start_ns) if dated(recording) else _undated(ages, recording)
     return muscle.replace(age.values) if age else muscle
 
 

@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tcp_muscle_ros.commands.calibrate import admitted
+from tcp_muscle_ros.commands.one_diagnosis import diagnosed
 from tcp_muscle_ros.diagnosis.observation.holding import Conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters, simulate
+from tcp_muscle_ros.recording.leaps import DAY_NS
 from tcp_muscle_ros.recording.plausibility import not_across
-from tcp_muscle_ros.recording.recording import Channel, Recording
+from tcp_muscle_ros.recording.recording import UNDATED_NS, Channel, Recording
+from tcp_muscle_ros.settings.parameter_file import ParameterFile
 
 NOMINAL = Parameters.named('karami_tadesse_2017')
 TIME = np.arange(0.0, 140.0, 0.05)
@@ -288,6 +292,33 @@ def test_a_load_that_is_stated_of_a_held_muscle_is_what_it_started_from():
     assert not any('no load' in note for note in experiment.notes)
 
 
+def test_a_held_muscle_of_which_no_load_is_stated_started_from_the_tension_at_rest():
+    current = np.where(TIME < 5.0, 0.0, CURRENT)
+    force = simulate(NOMINAL, TIME, current, load=0.5, end='blocked', starting_load=0.5).force
+    noise = 2e-3 * np.random.default_rng(1).standard_normal(TIME.size)
+    made = prepare(recording({'end': 'blocked'}, current=(TIME, current), force=(TIME, force + noise)), NOMINAL)
+    assert made.holding.starting_load == pytest.approx(0.5, abs=1e-3)
+    missed = made.observed['force'].value - made.predict(NOMINAL)['force']
+    assert np.std(missed) < 1.1 * np.std(noise)
+    assert any('the tension before the drive comes on; state load_n' in note for note in made.notes)
+    tared = recording({'end': 'blocked'}, current=(TIME, current), force=(TIME, force - 0.5 + noise))
+    assert prepare(tared, NOMINAL).holding.starting_load == 0.0
+
+
+@pytest.mark.parametrize('first', [0.0, 0.04])
+def test_a_load_that_was_recorded_from_the_start_counts_before_what_the_user_assumes(first):
+    """A muscle that creeps would begin to, under the assumed load, and did not."""
+    creeps = NOMINAL.with_effects('creep').replace({'creep.J': 0.15, 'creep.tau50': 30.0})
+    out = simulate(creeps, TIME, CURRENT, load=0.588, starting_load=0.588)
+    told = TIME[::20] + first
+    made = recording(current=(TIME, CURRENT), load=(told, np.full(told.size, 0.588)),
+                     displacement=(TIME, out.displacement))  # fmt: skip
+    experiment = prepare(made, NOMINAL, Conditions(load=0.294))
+    assert experiment.holding.starting_load == 0.588 and set(experiment.imposed.load) == {0.588}
+    missed = experiment.observed['displacement'].value - experiment.predict(creeps)['displacement']
+    assert np.std(missed) < 2e-6
+
+
 def test_a_load_told_at_every_tick_has_the_steps_it_takes():
     rng = np.random.default_rng(3)
     load = np.where(TIME < 70.0, 0.3, 0.9)
@@ -401,6 +432,20 @@ def test_a_voltage_across_the_muscle_shows_its_resistance_however_the_current_wa
         displacement=(TIME, out.displacement),
     )
     assert set(prepare(made, NOMINAL).observed) == {'displacement', 'resistance'}
+
+
+def test_a_muscle_is_followed_through_its_recordings_as_they_were_made(monkeypatch):
+    days = [replace(stepped(), path=str(day), start_ns=UNDATED_NS + day * DAY_NS) for day in (3, 1, 2)]
+    found = [e.name for e in admitted(days, ParameterFile(NOMINAL), 300)]
+    assert found == ['1', '2', '3']
+
+    def stopped(experiments, *_, **__):
+        raise KeyboardInterrupt(*[e.name for e in experiments])
+
+    monkeypatch.setattr('tcp_muscle_ros.diagnosis.diagnose.diagnose', stopped)
+    with pytest.raises(KeyboardInterrupt) as order:
+        diagnosed(days, ParameterFile(NOMINAL))
+    assert list(order.value.args) == found
 
 
 def test_a_wattmeter_that_reads_noise_about_zero_heats_nothing_there():

@@ -108,9 +108,19 @@ def test_heating_and_cooling_share_a_form():
     both = table(-1e-5 * (at - 293.15), -2e-5 * (at - 293.15), at=at, relative=False, spread=1e-6)
     said = fitted(both)[0]
     assert sentence(said, both, 'free_stroke', 'temperature') == (
-        'As far as these recordings tell, the stroke falls evenly with the temperature, by 0.01 mm per K while it '
+        'As far as these recordings tell, the length falls evenly with the temperature, by 0.01 mm per K while it '
         'heats; falls evenly with the temperature, by 0.02 mm per K while it cools.'
     )
+
+
+def test_what_lengthens_is_no_stroke_that_rises():
+    at = np.linspace(293.15, 363.15, 4)
+    longer = table(1e-5 * (at - 293.15), at=at, relative=False, spread=1e-6)
+    for effect, noun in (('free_stroke', 'length'), ('free_slow_state', 'slow part of the length')):
+        said = sentence(fitted(longer)[0], longer, effect, 'temperature')
+        assert (
+            said == f'As far as these recordings tell, the {noun} rises evenly with the temperature, by 0.01 mm per K.'
+        )
 
 
 def test_forms_that_predict_as_well_are_said_with_where_a_measurement_would_decide():

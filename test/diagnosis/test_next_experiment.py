@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.answer.next_experiment import (
     separation,
 )
 from tcp_muscle_ros.diagnosis.answer.protocols import plans, reach
-from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, with_effect
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for, shrink
@@ -43,6 +43,15 @@ def test_a_gain_that_each_run_has_for_itself_is_as_assumed_in_a_further_one():
     under = Under(calibrate(runs, NOMINAL, separate=('B',)).fit, runs[0])
     assert under.problem.values(under.z)['B', 0] == pytest.approx(NOMINAL['B'])
     assert all(np.isfinite(shown).all() for shown in under.shown[0].values())
+
+
+def test_a_further_one_is_of_the_muscle_as_old_as_it_is_by_then():
+    worn = NOMINAL.with_effects('fatigue')
+    runs = [experiment(CHANNELS, seed=k, muscle=worn) for k in range(3)]
+    fitted = in_turn(calibrate(runs, worn).fit)
+    ages = [latent.before.cycles for latent in fitted.problem.latents]
+    (latent,) = Under(fitted, runs[0]).problem.latents
+    assert latent.before.cycles == pytest.approx(ages[-1] + ages[1], rel=0.01)
 
 
 def proposal(late, *names, limits=None):

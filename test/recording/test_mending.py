@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from tcp_muscle_ros.recording.leaps import DAY_NS, as_made
 from tcp_muscle_ros.recording.mending import mend
-from tcp_muscle_ros.recording.recording import Channel, Recording
+from tcp_muscle_ros.recording.recording import UNDATED_NS, Channel, Recording
 
 TIME = np.arange(0.0, 120.0, 0.05)
 
@@ -46,3 +47,11 @@ def test_a_part_with_hardly_a_value_is_none():
     made = {'current': Channel('current', time, current, ''), 'temperature': Channel('temperature', time, warm, '')}
     parts = mend(Recording('made', made, 0)).parts
     assert [round(part['temperature'].time.size, -1) for part in parts] == [60, 60]
+
+
+def test_recordings_count_in_the_order_in_which_they_were_made_where_all_are_dated():
+    def begun(*days):
+        return [Recording(str(day), {}, UNDATED_NS + round(day * DAY_NS), {}) for day in days]
+
+    assert [one.path for one in as_made(begun(10, 1, 2.5))] == ['1', '2.5', '10']
+    assert [one.path for one in as_made(begun(10, 0, 2.5))] == ['10', '0', '2.5'], 'one is not: nobody knows'

@@ -49,6 +49,8 @@ _LOOKS = {
     'until': 'a limit',
     'step': 'a step',
 }
+# A table is of what lengthens the muscle; a stroke is what shortens it.
+_NOUNS = {'free_stroke': 'length', 'free_slow_state': 'slow part of the length'}
 _ACTS = ('', ' while it heats', ' while it cools')
 
 
@@ -70,7 +72,7 @@ def in_words(selection: Selection, effect: str, driver: str, at: Array) -> InWor
 
 def sentence(said: Said, table: Table, effect: str, driver: str, others: Sequence[Said] = ()) -> str:
     """The law in words; of one that has values of its own for cooling, both; and the forms that predict as well."""
-    noun = words(effect.removeprefix('free_'))
+    noun = _NOUNS.get(effect) or words(effect.removeprefix('free_'))
     parts = [_does(said, table, effect, driver, k) for k in range(len(said.coefficients))]
     acts = _ACTS[1:] if len(parts) > 1 else _ACTS
     does = '; '.join(f'{part}{act}' for part, act in zip(parts, acts, strict=False))

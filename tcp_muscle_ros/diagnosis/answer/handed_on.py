@@ -9,7 +9,7 @@ from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.as_assumed import as_assumed
 from tcp_muscle_ros.diagnosis.fitting.calibration import ages
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
-from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Before, Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import STIFFNESS
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment, one_load
@@ -141,8 +141,13 @@ def now(fitted: Fit) -> Parameters:
     problem = fitted.problem
     if not problem.ages:
         return fitted.muscle
-    before = ages((*problem.experiments, problem.experiments[0]), fitted.outputs)[-1]
-    return fitted.muscle.replace(_age(problem.with_latent(Latent(before), 0), 0))
+    return fitted.muscle.replace(_age(problem.with_latent(Latent(gone_through(fitted)), 0), 0))
+
+
+def gone_through(fitted: Fit) -> Before:
+    """What the muscle went through in all of its recordings."""
+    experiments = fitted.problem.experiments
+    return ages((*experiments, experiments[0]), fitted.outputs)[-1]
 
 
 def as_it_begins(muscle: Parameters, fitted: Fit) -> Parameters:

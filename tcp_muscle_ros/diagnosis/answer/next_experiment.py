@@ -14,9 +14,10 @@ import numpy as np
 from scipy.stats import norm
 
 from tcp_muscle_ros.diagnosis.answer.findings import Proposal
-from tcp_muscle_ros.diagnosis.answer.handed_on import limits_seen
+from tcp_muscle_ros.diagnosis.answer.handed_on import gone_through, limits_seen
 from tcp_muscle_ros.diagnosis.answer.protocols import Plan, Reach, plans, reach, varied
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, slopes
+from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
@@ -219,7 +220,8 @@ class Under:
         """The problem of the experiment, under the recorded noise."""
         problem = self.fitted.problem
         unknowns = tuple(problem.unknowns[k] for k in (*self.shared, *self._own))
-        return replace(problem, experiments=(self.experiment,), latents=(), unknowns=unknowns, noise=self.noise)
+        latents = (Latent(before=gone_through(self.fitted)),)  # it comes after the recordings at hand
+        return replace(problem, experiments=(self.experiment,), latents=latents, unknowns=unknowns, noise=self.noise)
 
     @cached_property
     def noise(self) -> dict[str, Noise]:

@@ -16,6 +16,8 @@ from tcp_muscle_ros.recording.yaml_input import number_or_none
 _BEYOND_NOISE, _CONSTANT = 8.0, 2.0  # of the noise of a force: a step of it, and what a constant one may scatter by
 _MANY = 20  # samples that a weight hangs for, at least in the median
 _SAME, _SCATTERS = 0.05, 12.0  # of the largest force, and of its noise: within so much it does not change
+_AT_ONCE, _OFTEN = 0.1, 1.0  # s: first messages come within so much; a load that is told as often has a rhythm
+_RESTS = 5  # values of a force that tell what pulls
 _TELLS = 0.02  # of the largest force, by which a load cell may be off
 
 
@@ -32,23 +34,23 @@ class Conditions:
 
 
 def holding_of(
-    recording: Recording, observed: Mapping[str, Channel], conditions: Conditions, notes: list[str]
+    recording: Recording, observed: Mapping[str, Channel], conditions: Conditions, notes: list[str], off: float = 0.0
 ) -> tuple[Holding, Channel | float, str | None]:
-    """What holds the end, the load (a channel or a constant), and the output that thereby became an input."""
+    """What holds the end, the load (a channel or a constant), and the output that thereby became an input; ``off`` (s):
+    until when the drive is off at first."""
     known = recording.known
     stated = known.get('end') if isinstance(known.get('end'), str) else conditions.end
     end = str(stated) if stated else _guess_end(observed, recording.channels.get('load'))
     load: Channel | float
     used = None
-    constant = number_or_none(known.get('load_n'))
-    if constant is None:
-        constant = conditions.load
+    of_run = number_or_none(known.get('load_n'))
+    constant = of_run if of_run is not None else conditions.load
     if 'load' in recording and len(recording['load']):
         force = observed.get('force') if end == 'load' else None
         if force is not None and _in_steps(force, recording['load']):
             load = Channel('load', force.time, force.value, force.topic)  # stamped with its ticks, as a message is not
         else:
-            load = _from_the_start(recording['load'], constant, force)
+            load = _from_the_start(recording['load'], of_run, conditions.load, force)
         used = 'force' if end == 'load' else None
     elif end == 'load' and 'force' in observed:
         load, used = observed['force'], 'force'  # the force at a loaded end is the load
@@ -59,8 +61,9 @@ def holding_of(
     elif constant is not None:
         load = constant
     else:
-        load = 0.0
-        notes.append('no load was recorded or stated: taken as 0 N; state load_n in --params')
+        load = _pretension(observed, off)
+        at_rest = ', the tension before the drive comes on' if load else ''
+        notes.append(f'no load was recorded or stated: taken as {load:.3g} N{at_rest}; state load_n in --params')
     if end == 'blocked' and 'displacement' in observed:
         used = 'displacement'
     first = _first(load) if isinstance(load, Channel) else load
@@ -68,7 +71,7 @@ def holding_of(
     if end == 'spring' and not rate:
         rate = _spring_rate(observed, recording.path)
         notes.append(f'spring rate {rate:.3g} N/m taken from force against displacement')
-    start = constant if constant is not None else max(first, 0.0)
+    start = of_run if of_run is not None else max(first, 0.0)
     return (
         Holding(
             end,
@@ -80,6 +83,24 @@ def holding_of(
         load,
         used,
     )
+
+
+def _at_first(load: Channel) -> float:
+    """Within which time (s) a load comes that is there from the start: in the rhythm in which it is told."""
+    spacing = float(np.median(np.diff(load.time))) if len(load) > _RESTS else _AT_ONCE
+    return spacing if spacing <= _OFTEN else _AT_ONCE
+
+
+def _pretension(observed: Mapping[str, Channel], off: float) -> float:
+    """What pulls at a held end until the drive comes on, where a force shows it beyond its noise; else 0."""
+    force = observed.get('force')
+    if force is None:
+        return 0.0
+    rests = force.value[force.time < off]
+    if rests.size < _RESTS:
+        return 0.0
+    tension = float(np.median(rests))
+    return tension if tension > _BEYOND_NOISE * white_sigma(force.value) else 0.0
 
 
 def _first(load: Channel) -> float:
@@ -112,11 +133,14 @@ def _in_steps(force: Channel, load: Channel) -> bool:
     return bool(np.count_nonzero(np.diff(force.value)) <= 2 * (1 + changes(load).size))
 
 
-def _from_the_start(load: Channel, stated: float | None, force: Channel | None) -> Channel:
-    """The load with what pulled before it was first said: the stated load, else the force at the loaded end."""
+def _from_the_start(load: Channel, stated: float | None, usual: float | None, force: Channel | None) -> Channel:
+    """The load with what pulled before it was first said: the load that is stated of this run, else the force at the
+    loaded end, else the ``usual`` load; that not where it is only the first message that comes a little later."""
     first = float(load.time[0])
     if stated is None and force is not None and np.any(force.time < first):
         stated = float(np.median(force.value[force.time < first]))
+    if stated is None and first > _at_first(load):
+        stated = usual
     if first <= 0.0 or stated is None:
         return load
     return Channel(load.name, np.append(0.0, load.time), np.append(max(stated, 0.0), load.value), load.topic)

@@ -20,6 +20,7 @@ from tcp_muscle_ros.recording.mending import FEWEST
 from tcp_muscle_ros.recording.plausibility import not_across
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recording, shared
 
+_DRIVEN = 0.1  # of the largest: a drive that heats; less keeps the resistance readable
 _SELDOM = 0.01  # of the samples: an input that changes no more often is constant between its steps
 
 
@@ -42,7 +43,7 @@ def prepare(
     of_muscle = _without_other_voltage(recording, notes)
     kind, drive = _source(of_muscle, _drive(of_muscle))
     observed, steady = _outputs(of_muscle, notes)
-    holding, load, used = holding_of(recording, observed, conditions, notes)
+    holding, load, used = holding_of(recording, observed, conditions, notes, _off_until(drive))
     if used is not None:
         observed.pop(used, None)
     if not observed:
@@ -83,6 +84,12 @@ def prepare(
     imposed = Imposed(kind, grid, hold(drive, grid), pull, hold(air, grid), between, lost, unsure, unread)
     experiment = Experiment(recording.path, imposed, holding, blocks, known, tuple(notes), recording.start_ns)
     return replace(experiment, fingerprint=recording.fingerprint)
+
+
+def _off_until(drive: Channel) -> float:
+    """When the drive first comes on, s; 0 where it is on from the start."""
+    on = np.flatnonzero(np.abs(drive.value) > _DRIVEN * float(np.max(np.abs(drive.value), initial=0.0)))
+    return float(drive.time[on[0]]) if on.size and on[0] > 0 else 0.0
 
 
 def _nothing_since(recording: Recording, kind: str, start: float, observed: Mapping[str, Channel]) -> BadInput:
