@@ -9,7 +9,7 @@ from tcp_muscle_ros.diagnosis.answer.in_words import apart, told_by_form, unit_o
 from tcp_muscle_ros.diagnosis.answer.law_forms import STEP, Said, Table
 from tcp_muscle_ros.diagnosis.answer.sentences import words
 from tcp_muscle_ros.diagnosis.search.selected import Selection
-from tcp_muscle_ros.muscle import ZERO_CELSIUS
+from tcp_muscle_ros.muscle import EFFECTS, ZERO_CELSIUS
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.muscle.effects.free_law import KELVIN, METRE, UNITS
 
@@ -49,8 +49,6 @@ _LOOKS = {
     'until': 'a limit',
     'step': 'a step',
 }
-# A table is of what lengthens the muscle; a stroke is what shortens it.
-_NOUNS = {'free_stroke': 'length', 'free_slow_state': 'slow part of the length'}
 _ACTS = ('', ' while it heats', ' while it cools')
 
 
@@ -72,7 +70,8 @@ def in_words(selection: Selection, effect: str, driver: str, at: Array) -> InWor
 
 def sentence(said: Said, table: Table, effect: str, driver: str, others: Sequence[Said] = ()) -> str:
     """The law in words; of one that has values of its own for cooling, both; and the forms that predict as well."""
-    noun = _NOUNS.get(effect) or words(effect.removeprefix('free_'))
+    free = EFFECTS[effect].free
+    noun = (free and free.of) or words(effect.removeprefix('free_'))
     parts = [_does(said, table, effect, driver, k) for k in range(len(said.coefficients))]
     acts = _ACTS[1:] if len(parts) > 1 else _ACTS
     does = '; '.join(f'{part}{act}' for part, act in zip(parts, acts, strict=False))

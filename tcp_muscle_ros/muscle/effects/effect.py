@@ -73,7 +73,7 @@ class Freedom:
     second differences between values at knots that lie a quarter of the driver's range apart. ``lag``: the parameter
     that is the time in which the law is reached, where one is. ``by_loads``: under one and the same load it does what
     another law does to the length, so that only different loads tell it. ``untried``: drivers that a diagnosis does not
-    try.
+    try. ``of``: what its values are of, in words, where the name of the law says something else.
     """
 
     drivers: Mapping[str, str]
@@ -82,6 +82,7 @@ class Freedom:
     lag: str = ''
     by_loads: bool = False
     untried: frozenset[str] = frozenset()
+    of: str = ''
 
 
 @dataclass(frozen=True)

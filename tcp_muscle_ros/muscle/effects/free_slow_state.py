@@ -86,5 +86,5 @@ EFFECT = Effect(
     columns=law.columns('m', _MEANING),
     prepared=law.PREPARED,
     prepare=lambda c: law.prepare(c, _VALUE, _PIECES, _PLACES),
-    free=Freedom(_DRIVERS, width=3e-3, bend=1e-3, lag='tau'),
+    free=Freedom(_DRIVERS, width=3e-3, bend=1e-3, lag='tau', of='slow part of the length'),
 )

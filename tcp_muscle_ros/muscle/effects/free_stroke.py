@@ -127,5 +127,6 @@ EFFECT = Effect(
     prepared=2 * law.PREPARED + 2,
     prepare=_prepare,
     # Of a current it would be tried beside every effect that a switch shows, which no suite has been run for.
-    free=Freedom(_DRIVERS, width=3e-3, bend=1e-3, untried=frozenset({'current'})),
+    # A stroke is what shortens the muscle; the table is of what lengthens it.
+    free=Freedom(_DRIVERS, width=3e-3, bend=1e-3, untried=frozenset({'current'}), of='length'),
 )
