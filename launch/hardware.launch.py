@@ -9,7 +9,7 @@ ros2 service call /controller_node/enable std_srvs/srv/SetBool '{data: true}'
 from pathlib import Path
 
 from tcp_muscle_ros.nodes.launching import description, node
-from tcp_muscle_ros.settings.launch_arguments import number, parameters_of
+from tcp_muscle_ros.settings.launch_arguments import number, only_for_all_nodes, parameters_of
 from tcp_muscle_ros.settings.parameter_file import values_for
 
 ARGUMENTS = [
@@ -22,9 +22,12 @@ ARGUMENTS = [
 
 
 def start(value):
-    # The last entry wins: no parameter file can start a real muscle hot, nor give one of several its own limit.
+    # The last entry wins over /** of the file, and other sections say nothing of it: no parameter file can start a real
+    # muscle hot, nor give one of several its own limit.
     safe = {'start_enabled': False, 'current_limit_a': number('current_limit_a', value['current_limit_a'])}
     file = value['params_file']
+    if file:
+        only_for_all_nodes(Path(file), 'controller_node', safe)
     muscles = values_for(Path(file), 'controller_node').get('muscles') if file else None
     prefixes = ['', *(f'{name}.' for name in muscles or [] if name)]
     parameters = parameters_of(value)

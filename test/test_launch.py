@@ -141,6 +141,69 @@ def test_later_parameters_win_over_the_file_that_was_given(launched, tmp_path):
     assert [one.executable for one in launched('hand.launch.py', controller='false')] == ['sim_node']
 
 
+HOT = '  ros__parameters: {start_enabled: true, current_limit_a: 0.27}\n'
+FOR_ALL = '/**:\n  ros__parameters: {load_n: 0.5}\n'
+
+
+def as_launch_ros_gives(action, folder):
+    """The arguments that a node is started with: launch_ros writes what is no file into one, for all nodes."""
+    arguments = [action.executable, '--ros-args', *(['-r', f'__ns:=/{action.namespace}'] if action.namespace else [])]
+    for number, entry in enumerate(action.parameters):
+        if not isinstance(entry, str):
+            file = folder / f'launch_params_{number}.yaml'
+            file.write_text(yaml.safe_dump({'/**': {'ros__parameters': entry}}))
+            entry = str(file)
+        arguments += ['--params-file', entry]
+    return arguments
+
+
+def as_ros_takes(arguments, **among):
+    """Of a node started so: the values that rcl gives it, of those that may be ``among`` them."""
+    rclpy = pytest.importorskip('rclpy', reason='needs ROS 2')
+    context = rclpy.Context()
+    context.init(args=arguments)
+    node = rclpy.create_node(arguments[0], context=context, automatically_declare_parameters_from_overrides=True)
+    try:
+        return {name: node.get_parameter_or(name).value for name in among}
+    finally:
+        node.destroy_node()
+        context.shutdown()
+
+
+@pytest.mark.parametrize(
+    ('text', 'below'),
+    [
+        (FOR_ALL + 'controller_node:\n' + HOT, 'controller_node'),
+        (FOR_ALL + '/controller_node:\n' + HOT, '/controller_node'),
+        (FOR_ALL + '/**/controller_node:\n' + HOT, '/**/controller_node'),
+        (FOR_ALL + "'**':\n" + HOT, '**'),
+        (FOR_ALL + "'/*':\n" + HOT, '/*'),
+        (FOR_ALL + 'finger:\n  controller_node:\n    ' + HOT.strip() + '\n', 'finger/controller_node'),
+        (FOR_ALL + 'controller_node: {ros__parameters: {muscles: [thumb], thumb.current_limit_a: 0.27}}', ''),
+        (FOR_ALL + 'controller_node: {ros__parameters: {thumb: {start_enabled: true}}}', ''),
+    ],
+)
+def test_no_section_of_a_file_starts_a_real_muscle_hot(launched, tmp_path, text, below):
+    file = tmp_path / 'muscle.yaml'
+    file.write_text(text)
+    with pytest.raises(BadInput) as caught:
+        launched('hardware.launch.py', params_file=str(file))
+    said = str(caught.value)
+    assert said.startswith(f"{file}: '") and f"stands below '{below or 'controller_node'}': expected it" in said
+    assert '\n' not in said
+
+
+@pytest.mark.parametrize('namespace', ['', 'finger'])
+def test_what_hardware_launch_says_of_a_real_muscle_is_what_ros_takes(launched, tmp_path, namespace):
+    file = tmp_path / 'muscle.yaml'
+    file.write_text(
+        '/**:\n' + HOT + 'serial_driver_node:\n' + HOT + 'controller_node: {ros__parameters: {rate_hz: 50.0}}\n'
+    )
+    (hardware,) = launched('hardware.launch.py', params_file=str(file), namespace=namespace)
+    safe = {'start_enabled': False, 'current_limit_a': 0.1}
+    assert as_ros_takes(as_launch_ros_gives(hardware, tmp_path), **safe) == safe
+
+
 @pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)
 def test_what_it_does_not_know_is_refused_before_anything_starts(path, launched, tmp_path):
     with pytest.raises(BadInput, match=r"unknown launch argument 'namspace'; did you mean 'namespace'\?"):

@@ -1,6 +1,6 @@
 """What stands behind a node's name on the command line: nothing that is not understood goes by in silence."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from tcp_muscle_ros.settings import parameter_file
 from tcp_muscle_ros.settings.operating import OPERATING, TWIN, TWIN_NODE
 
 _HELP = ('-h', '--help')
+_Source = tuple[str, parameter_file.Sections]  # as people name it, and what it holds
 
 
 def asks_for_help(arguments: Sequence[str]) -> bool:
@@ -46,24 +47,30 @@ def _default(value: object) -> str:
 def check_arguments(arguments: Sequence[str], name: str) -> None:
     """Refuse what rcl would read with fewer words, or read wrongly.
 
-    Given a whole number in one place and a decimal in another, rcl takes the whole one whatever the order: a current
-    limit of 0.1 A after a file that says 1 would be 1 A.
-
     Raises:
         BadInput: a ``--params-file`` that is missing, is no YAML or holds no parameters; a parameter of node ``name``
-            given both ways.
+            given both as a whole number and as a decimal, or given last where it does not count.
     """
-    first: dict[str, tuple[type, str]] = {}
+    given = list(_given(arguments))
+    _refuse_two_kinds(given, name)
+    _refuse_beaten(given, _full_name(arguments, name))
+
+
+def _given(arguments: Sequence[str]) -> Iterator[_Source]:
     for flag, argument in pairwise(arguments):
         if flag == '--params-file':
-            given = parameter_file.values_for(Path(argument), name)
-            source = argument
+            yield argument, parameter_file.sections(Path(argument))
         elif flag in ('-p', '--param'):
-            given = _on_the_command_line(argument, name)
-            source = f'-p {argument}'
-        else:
-            continue
-        for key, value in given.items():
+            yield f'-p {argument}', _on_the_command_line(argument)
+
+
+def _refuse_two_kinds(given: Iterable[_Source], name: str) -> None:
+    """Given a whole number in one place and a decimal in another, rcl takes the whole one whatever the order: a current
+    limit of 0.1 A after a file that says 1 would be 1 A.
+    """
+    first: dict[str, tuple[type, str]] = {}
+    for source, found in given:
+        for key, value in parameter_file.values_in(found, name).items():
             if isinstance(value, int | float) and not isinstance(value, bool):
                 kind, before = first.setdefault(key, (type(value), source))
                 if kind is not type(value):
@@ -71,6 +78,33 @@ def check_arguments(arguments: Sequence[str], name: str) -> None:
                         f"parameter '{key}' is given both as a whole number and as a decimal ({before}, {source}), and "
                         f'ROS would use the whole number: write both with a decimal point'
                     )
+
+
+def _refuse_beaten(given: Iterable[_Source], full_name: str) -> None:
+    """What is given last is meant to count, but rcl keeps one place for each pattern, in the order in which they first
+    came, and takes a value from the last place: after a file with ``/**:`` and then ``sim_node:``, neither the ``/**:``
+    of another file nor a ``-p`` (which is ``/**``) changes what ``sim_node:`` says.
+    """
+    places: dict[str, dict[str, tuple[object, str]]] = {}  # by pattern: each parameter's value and source
+    last: dict[str, tuple[object, str]] = {}
+    for source, found in given:
+        for pattern, values in found.items():
+            place = places.setdefault(pattern, {})
+            if parameter_file.fits(pattern, full_name):
+                said = {key: (value, source) for key, value in values.items()}
+                place |= said
+                last |= said
+    taken = {key: (pattern, *said) for pattern, place in places.items() for key, said in place.items()}
+    for key, (pattern, value, source) in taken.items():
+        meant, by = last[key]
+        if source != by and value != meant:
+            name = full_name.strip('/')
+            # A -p knows no namespaces.
+            instead = f', or write -p {name}:{by[3:]}' if by.startswith('-p ') and '/' not in name else ''
+            raise BadInput(
+                f"parameter '{key}' = {_default(meant)} ({by}) would not count: ROS takes {_default(value)}, which is "
+                f"below '{pattern}' ({source}); take it out there{instead}"
+            )
 
 
 def idle_files(arguments: Sequence[str], name: str) -> list[str]:
@@ -90,19 +124,20 @@ def idle_files(arguments: Sequence[str], name: str) -> list[str]:
 
 
 def _full_name(arguments: Sequence[str], name: str) -> str:
-    """The node's name in its namespace, as it is started."""
-    remapped = dict(argument.split(':=', 1) for argument in arguments if argument.startswith(('__ns:=', '__node:=')))
+    """The node's name in its namespace, as it is started: of two, rcl takes the first."""
+    remapped: dict[str, str] = {}
+    for argument in arguments:
+        key, _, value = argument.removeprefix(f'{name}:').partition(':=')
+        remapped.setdefault('__node' if key == '__name' else key, value)
     namespace = remapped.get('__ns', '').strip('/')
     return f'/{namespace}/{remapped.get("__node", name)}' if namespace else f'/{remapped.get("__node", name)}'
 
 
-def _on_the_command_line(argument: str, name: str) -> dict[str, object]:
+def _on_the_command_line(argument: str) -> parameter_file.Sections:
     key, _, text = argument.partition(':=')
     node, _, parameter = key.rpartition(':')
-    if node not in ('', name):
-        return {}
     try:
-        return {parameter: parameter_file.as_ros_reads(parse(text))}
+        return {node or '/**': {parameter: parameter_file.as_ros_reads(parse(text))}}
     except NotYaml:
         return {}  # rcl says so
 

@@ -1,7 +1,7 @@
 """Arguments of launch files, checked before anything starts: launch itself lets a mistake in them go by in silence."""
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,7 @@ from typing import Any
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.files.inputs import read_text, why_unread
 from tcp_muscle_ros.settings.operating import joint_in
-from tcp_muscle_ros.settings.parameter_file import values_for
+from tcp_muscle_ros.settings.parameter_file import sections, sections_of, values_for
 
 Row = tuple[str, str, str]  # name, default, meaning
 
@@ -89,6 +89,17 @@ def parameters_of(values: Mapping[str, str], own: str = '') -> list[Any]:
     if values.get('joint_name'):
         parameters.append({'joint_name': values['joint_name']})
     return parameters
+
+
+def only_for_all_nodes(path: Path, node: str, names: Collection[str]) -> None:
+    """Raise BadInput where a section other than ``/**`` says one of these to the node, or to one of its muscles.
+
+    What a launch file says is ``/**``, and ROS may take such a section's values all the same.
+    """
+    for pattern, values in sections_of(sections(path), node).items():
+        for name in values:
+            if pattern != '/**' and name.rpartition('.')[2] in names:
+                raise BadInput(f"{path}: '{name}' stands below '{pattern}': expected it below '/**' or not at all")
 
 
 def joint_of(values: Mapping[str, str], node: str) -> str:

@@ -20,6 +20,7 @@ from tcp_muscle_ros.muscle.edges import EDGES, EdgeValue, inside, names, outside
 from tcp_muscle_ros.settings.operating import MUSCLES, OPERATING, read_value
 
 Value = float | int | bool | str | list[str] | tuple[float, ...]
+Sections = dict[str, dict[str, object]]  # parameters by the pattern of the nodes that they are for
 
 
 @dataclass(frozen=True)
@@ -233,24 +234,35 @@ def values_for(path: Path, node: str) -> dict[str, object]:
     Raises:
         BadInput: as ``load``, or a file without any parameters.
     """
-    fitting = [values for pattern, values in sections(path).items() if pattern.rpartition('/')[2] in ('**', '*', node)]
-    return {name: as_ros_reads(value) for values in fitting for name, value in values.items()}
+    return values_in(sections(path), node)
 
 
-def sections(path: Path) -> dict[str, dict[str, object]]:
+def values_in(found: Sections, node: str) -> dict[str, object]:
+    """What sections say to the node of this name, in whatever namespace."""
+    return {name: value for values in sections_of(found, node).values() for name, value in values.items()}
+
+
+def sections_of(found: Sections, node: str) -> Sections:
+    """Those of the sections that may be for the node of this name, in whatever namespace."""
+    return {pattern: values for pattern, values in found.items() if pattern.rpartition('/')[2] in ('**', '*', node)}
+
+
+def sections(path: Path) -> Sections:
     """The parameters in a file by the pattern of the nodes that they are for, as ``/finger/sim_node`` or ``/**``.
+
+    Patterns are as written, with or without a slash before them: to rcl, which keeps them in this order, they are two.
 
     Raises:
         BadInput: as ``load``, or a file without any parameters.
     """
-    found: dict[str, dict[str, object]] = {}
+    found: Sections = {}
 
-    def search(branch: object, pattern: str) -> None:
+    def search(branch: object, above: str) -> None:
         for key, below in branch.items() if isinstance(branch, dict) else ():
             if key == 'ros__parameters' and isinstance(below, dict):
-                found[pattern] = _dotted(below)
+                found[above[1:]] = {name: as_ros_reads(value) for name, value in _dotted(below).items()}
             else:
-                search(below, f'{pattern}/{str(key).strip("/")}')
+                search(below, f'{above}/{key}')
 
     search(load(path), '')
     if not found:
@@ -260,7 +272,8 @@ def sections(path: Path) -> dict[str, dict[str, object]]:
 
 def fits(pattern: str, full_name: str) -> bool:
     """Whether a section is for the node of this full name; ``*`` stands for one part of it, ``**`` for any."""
-    parts = [{'**': '(/[^/]+)*', '*': '/[^/]+'}.get(part, '/' + re.escape(part)) for part in pattern.split('/')[1:]]
+    written = pattern.removeprefix('/').split('/')
+    parts = [{'**': '(/[^/]+)*', '*': '/[^/]+'}.get(part, '/' + re.escape(part)) for part in written]
     return re.fullmatch(''.join(parts), full_name) is not None
 
 

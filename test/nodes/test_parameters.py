@@ -311,3 +311,86 @@ def test_two_decimals_or_the_last_of_two_files_are_no_contradiction(tmp_path):
     (tmp_path / 'b.yaml').write_text('finger:\n  other_node:\n    ros__parameters:\n      current_limit_a: 1\n')
     given = ['--ros-args', '--params-file', str(tmp_path / 'a.yaml'), '--params-file', str(tmp_path / 'b.yaml')]
     check_arguments([*given, '-p', 'current_limit_a:=1e-1', '-p', 'other_node:seed:=2.0', '-p', 'seed:=4'], SIM)
+
+
+def section(pattern, value):
+    return f"'{pattern}': {{ros__parameters: {{current_limit_a: {value}}}}}\n"
+
+
+def as_ros_takes(arguments):
+    context = rclpy.Context()
+    context.init(args=arguments)
+    node = rclpy.create_node(SIM, context=context, automatically_declare_parameters_from_overrides=True)
+    try:
+        return node.get_parameter_or('current_limit_a').value
+    finally:
+        node.destroy_node()
+        context.shutdown()
+
+
+FIRST, LAST = section('/**', 0.3), section('/**', 0.1)
+OPTION, FINGER, THUMB = ['-p', 'current_limit_a:=0.1'], ['-r', '__ns:=/finger'], ['-r', f'{SIM}:__node:=thumb']
+
+
+@pytest.mark.parametrize(
+    ('texts', 'more', 'counts'),
+    [
+        ([FIRST + section('sim_node', 0.2)], OPTION, False),
+        ([FIRST + section('/sim_node', 0.2)], OPTION, False),
+        ([FIRST + section('sim_node', 0.2)], ['-p', 'sim_node:current_limit_a:=0.1'], True),
+        (
+            [FIRST + section('sim_node', 0.4) + section('/sim_node', 0.2)],
+            ['-p', 'sim_node:current_limit_a:=0.1'],
+            False,
+        ),
+        ([FIRST + section('sim_node', 0.1)], OPTION, True),  # the same
+        ([section('sim_node', 0.2)], OPTION, True),  # /** comes after it
+        ([section('sim_node', 0.2) + FIRST], OPTION, True),
+        ([FIRST + section('other_node', 0.2)], OPTION, True),
+        ([FIRST + section('sim_node', 0.1)], [], True),
+        ([FIRST, section('sim_node', 0.1)], [], True),
+        ([FIRST + section('/**/sim_node', 0.2), LAST], [], False),
+        ([FIRST + section('**', 0.2), LAST], [], False),
+        ([FIRST + section('/*', 0.2), LAST], [], False),
+        ([FIRST + section('/*/*', 0.2), LAST], [], True),
+        ([FIRST + section('/*/*', 0.2), LAST], FINGER, False),
+        ([FIRST + section('sim_node', 0.2), LAST], FINGER, True),
+        ([FIRST + f'finger: {{{section("sim_node", 0.2).strip()}}}', LAST], FINGER, False),
+        ([FIRST, section('finger/sim_node', 0.2), LAST], FINGER, False),
+        ([FIRST + section('/finger/sim_node', 0.2), LAST], [*FINGER, '-r', '__ns:=/b'], False),
+        ([FIRST + section('thumb', 0.2), LAST], ['-r', '__node:=thumb'], False),
+        ([FIRST + section('thumb', 0.2)], THUMB + OPTION, False),
+        ([FIRST + section('thumb', 0.2)], ['-r', '__name:=thumb', *OPTION], False),
+    ],
+)
+def test_a_value_given_last_counts_or_is_refused(tmp_path, texts, more, counts):
+    from tcp_muscle_ros.nodes.arguments import check_arguments
+
+    arguments = [SIM, '--ros-args']
+    for number, text in enumerate(texts):
+        (tmp_path / f'{number}.yaml').write_text(text)
+        arguments += ['--params-file', str(tmp_path / f'{number}.yaml')]
+    arguments += more
+    assert as_ros_takes(arguments) == (0.1 if counts else 0.2), 'this is how ROS is'
+    if counts:
+        check_arguments(arguments, SIM)
+        return
+    with pytest.raises(BadInput, match=r"^parameter 'current_limit_a' = 0\.1 \(.*\) would not count: ROS takes 0\.2, "):
+        check_arguments(arguments, SIM)
+
+
+def test_what_is_to_be_written_instead_is_said(tmp_path):
+    from tcp_muscle_ros.nodes.arguments import check_arguments
+
+    file = tmp_path / 'mine.yaml'
+    file.write_text(
+        "'/**': {ros__parameters: {load_n: 0.5}}\n'/**/sim_node': {ros__parameters: {start_enabled: true}}\n"
+    )
+    given = ['--ros-args', '--params-file', str(file), '-p', 'start_enabled:=false']
+    for more, instead in (([], f', or write -p {SIM}:start_enabled:=false'), (FINGER, '')):
+        with pytest.raises(BadInput) as caught:
+            check_arguments([*given, *more], SIM)
+        assert str(caught.value) == (
+            "parameter 'start_enabled' = false (-p start_enabled:=false) would not count: ROS takes true, which is "
+            f"below '/**/sim_node' ({file}); take it out there{instead}"
+        )
