@@ -12,6 +12,24 @@ STILL = 1.0  # s, a model that moves by less than a quantum for so long has come
 ASKED, FLOWS = 0.02, 0.005  # A: so much is asked for, and less than that flows: nothing does
 UNTAKEN = 1.0  # s, twice a receiver's watchdog: who is still being discovered has heard the command by then
 
+THERMOMETER = 3.0  # s, for which a reading counts: usual readers give one to four a second
+
+
+class Latest:
+    """The last good value of a signal, and when it came."""
+
+    def __init__(self) -> None:
+        self.value: float | None = None
+        self.came = 0.0
+
+    def take(self, value: float, now: float) -> None:
+        """One that came."""
+        self.value, self.came = value, now
+
+    def fresh(self, now: float, age: float) -> float | None:
+        """The value, unless it is older than ``age`` s."""
+        return self.value if now - self.came <= age else None
+
 
 class FeedbackWatch:
     """Whether a measured signal is alive: it comes, it is a number, and it moves when the muscle must.

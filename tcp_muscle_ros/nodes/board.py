@@ -5,6 +5,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Protocol
 
+from tcp_muscle_ros.control.watches import Latest
 from tcp_muscle_ros.nodes.serial_line import NUMBERS, Lines, Sample, command, sample
 
 _KEPT = 1000  # commands whose time is remembered
@@ -49,6 +50,7 @@ class Board:
         self._answered: float | None = None  # when the newest answered command was sent
         self._too_much_since: float | None = None
         self.latest: Sample | None = None
+        self.temperature = Latest()  # K: a thermometer may be slower than the answers, most of which are without it
         self.garbage = 0
         self.problem = 'no answer from the board yet'
         self.fault = ''
@@ -66,6 +68,8 @@ class Board:
                 self.garbage += 1
             else:
                 self._judge(heard, now)
+                if heard.temperature is not None:
+                    self.temperature.take(heard.temperature, now)
                 newest = heard
         self.latest = newest or self.latest
         if self._port is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import Temperature
@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 from tcp_muscle_ros.control.inverse import Inverse
 from tcp_muscle_ros.control.safety import Limits, State
 from tcp_muscle_ros.control.tracking import Command
-from tcp_muscle_ros.control.watches import ASKED, CurrentWatch, FeedbackWatch
+from tcp_muscle_ros.control.watches import ASKED, THERMOMETER, CurrentWatch, FeedbackWatch, Latest
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.muscle.family import not_stated
 from tcp_muscle_ros.nodes.controllers import make_controller, make_handover, other_model
@@ -25,25 +25,7 @@ _FINE = {'displacement': 2e-5, 'resistance': 2e-3}  # m, ohm: 20 um of movement,
 _RELEASED = 1e-3  # m, by which a muscle that is let go may stay above its setpoint in a room that is a little warmer
 _UNIT = {'displacement': 'm', 'resistance': 'ohm'}
 _CELL = 0.1  # N, by which the zero of a load cell may lie below 0
-_THERMOMETER = 3.0  # s, for which a reading counts: usual readers give one to four a second
 _HOTTEST_READING = 1000.0  # degC; more is a broken thermometer rather than a hot muscle
-
-
-class Latest:
-    """The last good value of a topic, and when it came (s, by ``clock``)."""
-
-    def __init__(self, clock: Callable[[], float]) -> None:
-        self._clock = clock
-        self.value: float | None = None
-        self.came = 0.0
-
-    def take(self, value: float) -> None:
-        """A message."""
-        self.value, self.came = value, self._clock()
-
-    def fresh(self, now: float, age: float) -> float | None:
-        """The value, unless it is older than ``age`` s."""
-        return self.value if now - self.came <= age else None
 
 
 class ControlledMuscle(SafeMuscle):
@@ -68,7 +50,7 @@ class ControlledMuscle(SafeMuscle):
         self._measured_anew = False
         self._ambient: float | None = None  # K
         self._load: float | None = None  # N
-        self._temperature, self._current, self._tension = (Latest(node.seconds) for _ in range(3))
+        self._temperature, self._current, self._tension = (Latest() for _ in range(3))
         self.partner_stopped = ''  # why the other muscle of the joint pulls no more
         self.partner_refuses = ''  # the same, but it is asked
         self._taking = CurrentWatch()
@@ -162,17 +144,17 @@ class ControlledMuscle(SafeMuscle):
         force = 0.0 if -_CELL <= message.data < 0.0 else message.data
         if self.accept('force', force, like='load_n'):
             self._load = force
-            self._tension.take(force)
+            self._tension.take(force, self.node.seconds())
 
     def _take_current(self, message: Float64) -> None:
         # Either way round it heats: -1 mA of an ammeter's zero is next to nothing like 1 mA, and what flows through one
         # that is connected the other way is not to be taken for no current, and the muscle for a cold one.
         if self.accept('current', abs(message.data), like='current_limit_a'):
-            self._current.take(abs(message.data))
+            self._current.take(abs(message.data), self.node.seconds())
 
     def _take_temperature(self, message: Temperature) -> None:
         if self.within('temperature', message.temperature, -ZERO_CELSIUS, _HOTTEST_READING, 'degC'):
-            self._temperature.take(message.temperature + ZERO_CELSIUS)
+            self._temperature.take(message.temperature + ZERO_CELSIUS, self.node.seconds())
 
     def _take_load(self, message: Float64) -> None:
         if self.accept('load', message.data, like='load_n'):
@@ -241,7 +223,7 @@ class ControlledMuscle(SafeMuscle):
 
     def work(self, dt: float, now: float, publish: bool) -> None:
         """Ask the controller, then the safety machine, and publish what remains."""
-        temperature = self._temperature.fresh(now, max(self._watch.timeout, _THERMOMETER))
+        temperature = self._temperature.fresh(now, max(self._watch.timeout, THERMOMETER))
         self._taking.update(now, self.safety.current, self._current.fresh(now, self._watch.timeout))
         lost, self._lost = self._lost, self._problem(now)
         if lost and not self._lost:

@@ -11,6 +11,7 @@ from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.safety import Limits
+from tcp_muscle_ros.control.watches import THERMOMETER
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.nodes.board import Board, Port
@@ -77,9 +78,8 @@ class DrivenMuscle(SafeMuscle):
         if self.board.fault:
             self.safety.trip(self.board.fault)
             self.board.fault = ''
-        latest = self.board.latest
-        temperature = None if latest is None or self.board.problem else latest.temperature
-        resistance = self._resistance_of(latest)
+        temperature = self.board.temperature.fresh(now, max(self.board.timeout, THERMOMETER))
+        resistance = self._resistance_of(self.board.latest)
         current = self.safety.update(
             now, dt, resistance=resistance, temperatures=(temperature,), silent=self.board.problem
         )

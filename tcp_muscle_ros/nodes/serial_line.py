@@ -3,8 +3,8 @@
 To the board:   C,<number>,<current uA>
 From the board: S,<number of the last command>,<uptime ms>,<current uA>,<voltage uV>,<displacement nm>,<temperature mK>
 
-A field of a sensor that is not there is empty. Behind each line stands ``*`` and the CRC-16 (CCITT, start 0xFFFF) of
-what is before it, as four hexadecimal digits.
+A field of a sensor that is not there, or has nothing new to say, is empty. Behind each line stands ``*`` and the CRC-16
+(CCITT, start 0xFFFF) of what is before it, as four hexadecimal digits.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ _FIELDS = 7
 
 @dataclass(frozen=True)
 class Sample:
-    """What the board says: its last command, how long it has run (s), what it measures; None where there is no sensor.
+    """What the board says: its last command, how long it has run (s), what it measures; None: nothing (new).
 
     ``current`` A and ``voltage`` V really applied, ``displacement`` m, ``temperature`` K.
     """

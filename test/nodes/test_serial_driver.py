@@ -18,6 +18,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState, Temperature
 from std_srvs.srv import Trigger
 
+from tcp_muscle_ros.control.safety import Limits, Safety
+from tcp_muscle_ros.nodes.board import Board
+from tcp_muscle_ros.nodes.driven_muscle import DrivenMuscle
 from tcp_muscle_ros.nodes.serial_line import Lines, checksum, command, framed, sample
 
 WATCHDOG = 0.25  # s, the board's own
@@ -154,6 +157,52 @@ def test_lines_come_in_pieces_and_noise_without_end_is_thrown_away():
     for _ in range(100):
         lines.feed(b'x' * 100)
     assert lines.feed(b'\nwhole\n')[-1] == b'whole'
+
+
+class SlowThermometer:
+    """A port to a board that answers each of 100 commands a second, one answer of ``every`` with a temperature."""
+
+    def __init__(self, every):
+        self.every, self.answers, self.kelvin = every, 0, 383.15
+        self._said = b''
+
+    @property
+    def in_waiting(self):
+        return len(self._said)
+
+    def read(self, size):
+        said, self._said = self._said, b''
+        return said
+
+    def write(self, line):
+        _, number, microampere = line.split(b'*')[0].decode().split(',')
+        measured = '' if self.answers % self.every else f'{round(1e3 * self.kelvin)}'
+        self.answers += 1
+        self._said += framed(f'S,{number},{10 * self.answers},{microampere},{14 * int(microampere)},,{measured}')
+
+
+@pytest.mark.parametrize(('every', 'ticks_a_look'), [(1, 1), (100, 1), (100, 3)])
+def test_a_thermometer_that_is_slower_than_the_answers_derates_like_a_fast_one(every, ticks_a_look):
+    limits = Limits(0.27, 0.0, 0.5, 373.15, 388.15, 1.0)
+    driven = DrivenMuscle.__new__(DrivenMuscle)  # without a node: what it does in a tick
+    driven.settings, driven._publish = {'min_sense_current_a': 0.0}, lambda *_: None
+    driven.board, driven.safety = Board(lambda: port, 0.2), Safety(limits)
+    port = SlowThermometer(every)
+    driven.board.begin()
+
+    def flows(ticks):
+        for k in ticks:
+            driven.safety.command(0.27, 0.01 * k)
+            driven.work(k, 0.01, 0.01 * k)
+            for _ in range(ticks_a_look - 1):  # answers that are read together: an older one has the temperature
+                port.write(b'C,%d,%d*' % (driven.board._number, round(1e6 * driven.safety.current)))
+            yield driven.safety.current
+
+    begins = 10
+    assert list(flows(range(1000)))[begins:] == pytest.approx([limits.current_at(383.15)] * (1000 - begins))
+    port.every = 10**9  # it hangs, or has come off
+    later = list(flows(range(1000, 1500)))
+    assert later[150] == pytest.approx(limits.current_at(383.15)) and later[-1] == 0.27
 
 
 @pytest.fixture(scope='module')
