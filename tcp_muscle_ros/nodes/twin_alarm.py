@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.outputs import writing
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.bag_writer import write_recording
@@ -56,28 +57,34 @@ class Alarm:
 
     def write(self, name: str, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
         """Write a bag of this name, beside the ticks."""
-        self.folder.mkdir(parents=True, exist_ok=True)
         threading.Thread(target=self._write, args=(name, columns, since, load), daemon=True).start()
 
     def _write(self, name: str, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
         try:
-            save(self.folder / name, columns, since, load)
+            with writing(self.folder):
+                self.folder.mkdir(parents=True, exist_ok=True)
+                save(self.folder / name, columns, since, load)
             self._say(f'the last minutes are in {self.folder / name}')
-        except (BadInput, OSError) as error:
+        except BadInput as error:
             self._say(f'the last minutes are not kept: {error}')
 
     def diagnose(self, columns: Mapping[str, tuple[Array, Array]], since: float, load: float) -> None:
         """Start to diagnose what came after ``since``, in a process of the lowest priority."""
         self.busy = True  # from here on: a bag of many minutes takes a while
+        bag, params = self.folder / 'differs', self.folder / 'model.yaml'
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            bag, params = self.folder / 'differs', self.folder / 'model.yaml'
-            save(bag, columns, since, load)
-            write(params, self._model, operating=self._operating)  # type: ignore[arg-type]
-        except (BadInput, OSError) as error:
+            with writing(self.folder):
+                self.folder.mkdir(parents=True, exist_ok=True)
+                save(bag, columns, since, load)
+                write(params, self._model, operating=self._operating)  # type: ignore[arg-type]
+                self._begin(bag, params)
+        except BadInput as error:
             self._say(f'no diagnosis: {error}')
             self.busy = False
-            return
+        else:
+            self._say(f'a diagnosis of {bag} has begun')
+
+    def _begin(self, bag: Path, params: Path) -> None:
         command = [sys.executable, '-m', 'tcp_muscle_ros.tool', 'diagnose', str(bag), '--params', str(params)]
         if self._rig:  # what is known of the instruments is not to be found
             command += ['--rig', self._rig]
@@ -86,7 +93,6 @@ class Alarm:
                 [*command, '--output', str(self.report)], stdout=said, stderr=said, start_new_session=True
             )
         os.setpriority(os.PRIO_PROCESS, self._process.pid, _LOWEST_PRIORITY)
-        self._say(f'a diagnosis of {bag} has begun')
 
     @property
     def report(self) -> Path:

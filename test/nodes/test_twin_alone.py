@@ -318,6 +318,23 @@ def test_a_diagnosis_is_told_what_the_instruments_do(tmp_path, monkeypatch):
     assert alarm.poll() == 'found' and done.rig == 'rig.yaml'
 
 
+def test_where_an_alarm_can_write_nothing_the_log_says_so_and_the_twin_goes_on(twin, tmp_path, monkeypatch):
+    said = []
+    monkeypatch.setattr(twin, '_tell', said.append)
+    (tmp_path / 'taken').write_text('a file')
+    twin._settings = {**twin._settings, 'report_folder': str(tmp_path / 'taken'), 'auto_diagnose': True}
+    for when in RUN:
+        twin._take(heard(when))
+    differs(twin, twin._then)
+    until(lambda: said)
+    twin._alarm.diagnose(twin._memory.columns(), 0.0, 0.5)
+    why = f'{twin._alarm.folder}: cannot be written (Not a directory)'
+    assert said == [f'the last minutes are not kept: {why}', f'no diagnosis: {why}']
+    assert not twin._alarm.busy and twin._alarm.poll() is None
+    twin._take(heard(RUN[-1] + 0.01))
+    twin._notice()
+
+
 def test_a_muscle_that_publishes_and_is_not_heard_is_named_and_subscribed_to_anew(twin):
     _LEFT.append(muscle := rclpy.create_node('muscle'))
     current = muscle.create_publisher(Float64, 'current', 1)
