@@ -9,7 +9,7 @@ import pytest
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS, SETS, TABLE, Parameters
 from tcp_muscle_ros.settings.operating import OPERATING
-from tcp_muscle_ros.settings.parameter_file import from_names, number_text, read, render
+from tcp_muscle_ros.settings.parameter_file import from_names, number_text, read, render, write
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -104,6 +104,32 @@ def test_an_operating_parameter_has_the_bounds_of_the_nodes(row):
             from_names({row.name: value})
         assert str(caught.value).startswith(f"parameter '{row.name}' is ")
         assert f'{row.low:g} to {row.high:g}' in str(caught.value)
+
+
+NASTY = [
+    '', ' ', '7', '0x10', '1e-4', '.5', '1_000', '12:30', '2026-01-02', 'on', 'No', 'y', 'N', 'null', '~', 'TRUE',
+    'nan', 'inf', '.inf', 'a: b', 'a:', '/dev/tty #1', '# a', '- a', '[a', '{a}', '&a', '*a', '!a', '%a', '@a', '`a',
+    '| a', '> a', '? a', "it's", 'say "so"', '\\', 'C:\\new', ' ahead', 'behind ', 'two\nlines', 'tab\there',
+    '/data/jürgen/筋 💪.yaml', '\x07', '\x7f', '\x85', '\u2028', '\ufeff', '---', '...', '=', '<<', 'long ' * 60,
+    '/dev/ttyACM0', 'thumb',
+]  # fmt: skip
+TEXTS = [row for row in OPERATING.values() if isinstance(row.default, str)]
+
+
+@pytest.mark.parametrize('row', TEXTS, ids=lambda row: row.name)
+def test_a_text_reads_back_as_it_was(tmp_path, row):
+    for value in row.choices or NASTY:
+        write(
+            tmp_path / 'm.yaml',
+            Parameters.named('karami_tadesse_2017'),
+            names=[],
+            operating={row.name: value, 'load_n': 0.5},
+        )
+        assert read(tmp_path / 'm.yaml').operating == {row.name: value, 'load_n': 0.5}
+
+
+def test_a_plain_word_stands_bare():
+    assert '\n    end: spring\n' in render(Parameters.named('karami_tadesse_2017'), operating={'end': 'spring'})
 
 
 @pytest.mark.parametrize('value', [1.0, 1e-7, 1e22, 0.1, -3.5e-6, 0.0])

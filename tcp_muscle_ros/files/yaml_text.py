@@ -59,6 +59,11 @@ def parse(text: str) -> object:
     return content
 
 
+def quoted(text: str) -> str:
+    """A text as YAML, in double quotes and in one line: whatever stands in it, it is read back as it is."""
+    return yaml.safe_dump(text, default_style='"', allow_unicode=True, width=math.inf).rstrip('\n')
+
+
 def _contains_itself(node: object, above: set[int], done: set[int]) -> bool:
     """Is a list or mapping among those that it stands in? Each is looked at once, however often it is named."""
     if not isinstance(node, (dict, list, tuple)) or id(node) in done:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.files.inputs import read_text, why_unread
-from tcp_muscle_ros.files.yaml_text import NotYaml, parse
+from tcp_muscle_ros.files.yaml_text import NotYaml, parse, quoted
 from tcp_muscle_ros.muscle import EFFECTS, SETS, TABLE, Parameters
 from tcp_muscle_ros.muscle.edges import EDGES, EdgeValue, inside, names, outside
 from tcp_muscle_ros.settings.operating import MUSCLES, OPERATING, read_value
@@ -115,7 +115,8 @@ def write(
         heading: comment lines at the top.
         note: the comment behind a parameter; default its unit, meaning and source.
     """
-    Path(path).write_text(render(parameters, names=names, operating=operating, heading=heading, note=note))
+    text = render(parameters, names=names, operating=operating, heading=heading, note=note)
+    Path(path).write_text(text, encoding='utf-8')
 
 
 def render(
@@ -165,7 +166,13 @@ def _text(value: Value) -> str:
         return number_text(value)
     if isinstance(value, tuple):
         return f'[{", ".join(number_text(number) for number in value)}]'
-    return str(value)
+    return _word(value) if isinstance(value, str) else str(value)
+
+
+def _word(text: str) -> str:
+    """A plain word bare, as people write it; quoted is what might be anything else: 7, on, null, nan, y (in ROS)."""
+    plain = re.fullmatch('[A-Za-z_]{2,}', text) and as_ros_reads(parse(text)) == text
+    return text if plain else quoted(text)
 
 
 def load(path: Path) -> object:

@@ -19,6 +19,7 @@ from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.nodes.declaring import declare
 from tcp_muscle_ros.nodes.parameters import KNOWN, descriptor, read, read_effects, read_value
 from tcp_muscle_ros.settings.operating import CONTROL, OPERATING, SIM, TWIN, TWIN_NODE
+from tcp_muscle_ros.settings.parameter_file import write
 
 
 def test_without_overrides_the_muscle_is_set_a():
@@ -317,12 +318,12 @@ def section(pattern, value):
     return f"'{pattern}': {{ros__parameters: {{current_limit_a: {value}}}}}\n"
 
 
-def as_ros_takes(arguments):
+def as_ros_takes(arguments, name='current_limit_a'):
     context = rclpy.Context()
     context.init(args=arguments)
     node = rclpy.create_node(SIM, context=context, automatically_declare_parameters_from_overrides=True)
     try:
-        return node.get_parameter_or('current_limit_a').value
+        return node.get_parameter_or(name).value
     finally:
         node.destroy_node()
         context.shutdown()
@@ -394,3 +395,11 @@ def test_what_is_to_be_written_instead_is_said(tmp_path):
             "parameter 'start_enabled' = false (-p start_enabled:=false) would not count: ROS takes true, which is "
             f"below '/**/sim_node' ({file}); take it out there{instead}"
         )
+
+
+@pytest.mark.parametrize(
+    'text', ['', '7', 'on', 'y', 'null', 'inf', '0x10', 'a: b', 'tty #1', 'a "b"', 'ü\n\u2028💪', 'thumb']
+)
+def test_a_text_that_is_written_to_a_file_is_the_same_to_ros(tmp_path, text):
+    write(tmp_path / 'm.yaml', Parameters.named('karami_tadesse_2017'), names=[], operating={'joint_name': text})
+    assert as_ros_takes([SIM, '--ros-args', '--params-file', str(tmp_path / 'm.yaml')], 'joint_name') == text
