@@ -9,6 +9,7 @@ from tcp_muscle_ros.commands.calibrate import admitted
 from tcp_muscle_ros.commands.one_diagnosis import diagnosed
 from tcp_muscle_ros.diagnosis.observation.holding import Conditions
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
+from tcp_muscle_ros.diagnosis.observation.quotient import beside
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters, simulate
 from tcp_muscle_ros.recording.leaps import DAY_NS
@@ -431,7 +432,86 @@ def test_a_voltage_across_the_muscle_shows_its_resistance_however_the_current_wa
         voltage=(TIME, current * out.resistance),
         displacement=(TIME, out.displacement),
     )
-    assert set(prepare(made, NOMINAL).observed) == {'displacement', 'resistance'}
+    experiment = prepare(made, NOMINAL)
+    assert set(experiment.observed) == {'displacement', 'resistance'}
+    assert experiment.imposed.kind == 'current'
+    assert_shows(out.resistance, experiment)
+
+
+def assert_shows(resistance, experiment):
+    seen = experiment.observed['resistance']
+    np.testing.assert_allclose(seen.value, np.interp(seen.time, TIME, resistance), rtol=1e-2)
+
+
+PULSED = {
+    'on and off': np.where(np.mod(TIME, 70.0) < 25.0, 0.24, 0.0),
+    'two levels': np.where(np.mod(TIME, 70.0) < 25.0, 0.27, 0.05),
+    'as long on as off': np.where(np.mod(TIME, 20.0) < 10.0, 0.27, 0.05),
+    'short': np.where(np.mod(TIME, 10.0) < 2.0, 0.3, 0.0),
+    'stairs': 0.2 + 0.1 * np.sin(2.0 * np.pi * np.floor(TIME / 2.0) / 30.0),
+}
+CHANGES_ONLY = ['at its changes', 'early', 'late', 'and now and then']
+
+
+def logged_by_changes(value, how):
+    """As a sparse column or a topic that is sent on change has it; also with what is sent in between all the same."""
+    at = np.append(0, np.flatnonzero(np.diff(value)) + 1)
+    if how == 'and now and then':
+        at = np.union1d(at, np.arange(0, TIME.size, 200))
+    late = {'early': -0.03, 'late': 0.03}.get(how, 0.0)
+    return TIME[at] + np.where(at > 0, late, 0.0), value[at]
+
+
+@pytest.mark.parametrize('how', CHANGES_ONLY)
+@pytest.mark.parametrize('level', PULSED.values(), ids=list(PULSED))
+def test_a_current_that_was_logged_where_it_changes_holds_until_the_next_change(level, how):
+    out = simulate(NOMINAL, TIME, level)
+    noise = 1e-3 * np.random.default_rng(4).standard_normal(TIME.size)
+    made = recording(
+        current=logged_by_changes(level, how),
+        voltage=(TIME, level * out.resistance + noise),
+        displacement=(TIME, out.displacement),
+    )
+    experiment = prepare(made, NOMINAL)
+    assert experiment.imposed.kind == 'current'
+    assert_shows(out.resistance, experiment)
+    # Where a current flows, the edges alone are left out.
+    edges = np.count_nonzero(np.diff(level))
+    assert experiment.observed['resistance'].time.size >= np.count_nonzero(level) - 2 * edges - 2
+
+
+@pytest.mark.parametrize('how', CHANGES_ONLY)
+def test_a_voltage_that_was_logged_where_it_changes_holds_until_the_next_change(how):
+    """A source that holds a voltage: the current changes with the resistance, and was sampled."""
+    level = np.where(np.mod(TIME, 20.0) < 10.0, 3.5, 0.7)
+    out = simulate(NOMINAL, TIME, level, kind='voltage')
+    noise = 1e-4 * np.random.default_rng(4).standard_normal(TIME.size)
+    made = recording(
+        current=(TIME, level / out.resistance + noise),
+        voltage=logged_by_changes(level, how),
+        displacement=(TIME, out.displacement),
+    )
+    experiment = prepare(made, NOMINAL)
+    assert experiment.imposed.kind == 'voltage'
+    assert_shows(out.resistance, experiment)
+    assert experiment.observed['resistance'].time.size > 0.9 * TIME.size
+
+
+@pytest.mark.parametrize(
+    ('first', 'noise'), [(0, 1e-3), *((first, noise) for first in (3, 7, 13, 17) for noise in (0.0, 1e-3))]
+)
+@pytest.mark.parametrize('slow', ['current', 'voltage'])
+def test_a_slow_instrument_reads_and_does_not_hold(slow, noise, first):
+    """One value a second of its own rhythm, beside twenty: until the next it says nothing of an edge."""
+    out = simulate(NOMINAL, TIME, PULSED['two levels'])
+    read = {'current': PULSED['two levels'], 'voltage': PULSED['two levels'] * out.resistance}
+    scatter = noise * np.random.default_rng(4).standard_normal((2, TIME.size))
+    channels = {
+        name: Channel(name, TIME, value + part, name) for (name, value), part in zip(read.items(), scatter, strict=True)
+    }
+    whole = channels[slow]
+    channels[slow] = replace(whole, time=whole.time[first::20], value=whole.value[first::20])
+    assert beside(channels['voltage'], channels['current']) == (channels['voltage'], channels['current'])
 
 
 def test_a_muscle_is_followed_through_its_recordings_as_they_were_made(monkeypatch):

@@ -11,7 +11,7 @@ from tcp_muscle_ros.diagnosis.observation.holding import Conditions, holding_of
 from tcp_muscle_ros.diagnosis.observation.imposed import FOLLOWS_SETPOINT, Imposed
 from tcp_muscle_ros.diagnosis.observation.input_noise import quiet, still_air, which_is_held
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
-from tcp_muscle_ros.diagnosis.observation.quotient import nearest_reading, quotient
+from tcp_muscle_ros.diagnosis.observation.quotient import beside, nearest_reading, quotient
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording import options
@@ -138,9 +138,9 @@ def _source(recording: Recording, drive: Channel) -> tuple[str, Channel]:
         return drive.name.removesuffix('_command'), drive
     if changes(drive).size <= _SELDOM * len(drive):
         return drive.name, drive
-    power = Channel('power', drive.time, drive.value * nearest_reading(voltage, drive.time), drive.topic)
-    found = (drive, power, voltage)
-    chosen = found[which_is_held(found)]
+    across, through = beside(voltage, drive)  # a log of changes changes at each stamp, whatever is held
+    power = replace(through, name='power', value=through.value * nearest_reading(across, through.time))
+    chosen = (drive, power, voltage)[which_is_held((through, power, across))]
     return chosen.name, chosen
 
 
