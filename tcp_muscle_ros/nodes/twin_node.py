@@ -40,6 +40,7 @@ from tcp_muscle_ros.nodes.topics import MEASUREMENT_QOS, STATE_QOS, Topics
 from tcp_muscle_ros.nodes.twin_alarm import Alarm
 from tcp_muscle_ros.nodes.twin_controller import Believing
 from tcp_muscle_ros.nodes.twin_hearing import HEARD, Heard, Hearing
+from tcp_muscle_ros.recording.recording import OUTPUTS
 from tcp_muscle_ros.settings import intervals
 from tcp_muscle_ros.settings.operating import DEFAULT_SET, OPERATING, TWIN, TWIN_NODE
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read
@@ -80,7 +81,7 @@ class TwinNode(DeclaredNode):
         self._found: dict[str, tuple[ParameterFile, str]] = {}
         self._controller = Believing(self, self._settings['adopting_controller'], self._tell)
         self._estimate = Estimate(model, 1.0 / self._rate, self._load)
-        self._memory = Memory(HEARD, round(self._settings['keep_s'] * self._rate))
+        self._memory = Memory(HEARD, round(self._settings['keep_s'] * self._rate), set(HEARD) - set(OUTPUTS))
         self._current: float | None = None
         self._then = self._heard_since = self._current_since = 0.0
         self._follows_since: float | None = None  # none: the state is still being estimated

@@ -220,3 +220,21 @@ def test_a_day_needs_no_more_memory_than_a_minute():
     columns = memory.columns()
     assert columns['current'][0].tolist() == [k / RATE for k in range(4000, 5000)]
     assert columns['temperature'][1].tolist() == [float(k) for k in range(4000, 5000, 2)]
+
+
+def test_what_holds_until_the_next_is_remembered_after_its_sample_fell_out():
+    """A load is said where it changes; a temperature that nobody measures any more is nobody's."""
+    nan = float('nan')
+    memory = Memory(('load', 'temperature'), 10, holds={'load'})
+    memory.add(0.0, [0.3, 300.0])
+    for k in range(1, 35):
+        memory.add(float(k), [nan, nan])
+    assert {name: (time.tolist(), value.tolist()) for name, (time, value) in memory.columns().items()} == {
+        'load': ([25.0], [0.3])
+    }
+    memory.add(35.0, [0.5, nan])
+    assert memory.columns()['load'][1].tolist() == [0.3, 0.5]
+    memory.forget()
+    assert memory.columns() == {}
+    memory.add(7.0, [nan, nan])  # the clock was set back; the weight hangs there still
+    assert [column.tolist() for column in memory.columns()['load']] == [[7.0], [0.5]]

@@ -96,6 +96,20 @@ def test_where_the_clock_is_set_back_what_is_kept_begins_anew(twin, tmp_path):
     assert kept.start_ns == pytest.approx((RUN[0] - 5.0) * 1e9)
 
 
+@pytest.mark.parametrize('twin', [{}, {'rate_hz': 10.0}], indirect=True, ids=['kept', 'fell out of what is kept'])
+def test_a_bag_says_the_load_and_the_room_that_were_said_before_it_begins(twin, tmp_path):
+    """They are said where they change; a healthy muscle was diagnosed as one under the load of its file."""
+    for k in range(500):
+        said = {'load': 0.3, 'ambient': 291.0} if k == 0 else {}
+        twin._take(Heard(1000.0 + 0.02 * k, {**heard(0.0).values, **said}))
+    save(tmp_path / 'bag', twin._memory.columns(), 1009.01, 0.5)
+    kept = read_bag(tmp_path / 'bag')
+    assert (kept['load'].time.tolist(), kept['load'].value.tolist()) == ([0.0], [0.3])
+    assert (kept['ambient'].time.tolist(), kept['ambient'].value.tolist()) == ([0.0], [pytest.approx(291.0)])
+    assert kept['current'].time[0] == 0.0
+    assert kept['temperature'].time[0] == pytest.approx(0.01)  # what is measured was so when it was measured
+
+
 def test_an_alarm_of_before_the_clock_was_set_back_is_raised_anew(twin):
     """Since when it differs nobody could say in the new time."""
     for when in RUN:
