@@ -14,6 +14,7 @@ from tcp_muscle_ros.recording import mcap_file, sqlite_file
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.bag_writer import BagWriter, write_recording
 from tcp_muscle_ros.recording.recording import Channel, Recording
+from tcp_muscle_ros.recording.tick_times import Ticks
 
 MS = 1_000_000
 
@@ -113,6 +114,27 @@ def test_a_topic_that_keeps_a_rhythm_of_its_own_stays_at_its_log_times(tmp_path,
     rows += [('/displacement', int(log), float64(k)) for k, log in enumerate(logged)]
     recording = read_bag(write_foreign(tmp_path / 'bag', sorted(rows, key=lambda row: row[1])))
     np.testing.assert_allclose(recording['displacement'].time, (logged - START) / 1e9, atol=1e-12)
+
+
+@pytest.mark.parametrize('messages', [1198, 1199, 41_000])
+@pytest.mark.parametrize('ratio', [(2, 1), (2, 3), (3, 1)], ids=['twice', 'two thirds', 'three times'])
+@pytest.mark.parametrize('aside', [0.0, 0.15])
+def test_a_topic_of_which_only_some_messages_lie_on_ticks_stays_at_its_log_times(messages, ratio, aside):
+    """At twice the rate half of the messages lie on a tick: those between were moved onto one, 50 ms away."""
+    rng = np.random.default_rng(0)
+    stamp = START + np.arange(messages * ratio[1] // ratio[0] + 2) * 100 * MS
+    published = START + ((np.arange(messages) * ratio[1] / ratio[0] + aside) * 100 * MS).astype(np.int64)
+    ticks = Ticks(stamp + 2 * MS + rng.exponential(MS / 2, len(stamp)).astype(np.int64), stamp)
+    log = published + 2 * MS + rng.exponential(MS / 2, messages).astype(np.int64)
+    np.testing.assert_array_equal(ticks.of(log), log)
+
+
+def test_while_a_muscle_is_silent_for_long_what_is_said_to_it_still_meets_its_ticks(tmp_path):
+    said = [START + k * 10 * MS for k in range(1000)]
+    rows = [('/m1/temperature', stamp + 2 * MS, temperature(20.0, stamp)) for k, stamp in enumerate(said) if k < 400]
+    rows += [('/m1/current_command', stamp + 3 * MS, float64(0.1)) for stamp in said]
+    recording = read_bag(write_foreign(tmp_path / 'bag', rows))
+    np.testing.assert_array_equal(recording['current_command'].time[:400], np.arange(400) / 100)
 
 
 def test_the_order_of_a_topics_messages_is_never_changed(tmp_path):
