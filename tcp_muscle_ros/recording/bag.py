@@ -13,6 +13,7 @@ from tcp_muscle_ros.errors import BadInput, Option
 from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.bag_channels import JOINT_STATES, Source, sources_of
 from tcp_muscle_ros.recording.bag_files import Bag
+from tcp_muscle_ros.recording.bag_joints import JOINT_STATE, Joints, joint_paths, joints_of
 from tcp_muscle_ros.recording.cdr import DTYPES, Index, field_path
 from tcp_muscle_ros.recording.columns import Topic
 from tcp_muscle_ros.recording.leaps import main_part, set_back, within
@@ -58,11 +59,12 @@ def read_bag(
     on_time: dict[Source, tuple[Index, Array]] = {}
     for source in sources:
         sample = reader.samples(source)
-        if sample is not None and len(sample.value):
+        if sample is not None and len(sample.value) and reader.takes(source, sample):
             time = shared(reader.time(source, sample, ticks), (time for time, _ in on_time.values()))
             on_time[source] = (time, sample.value)
     if not on_time:
-        raise BadInput(f'{path}: empty bag: no readable message on {", ".join(source.topic for source in sources)}')
+        empty = f'empty bag: no readable message on {", ".join(source.topic for source in sources)}'
+        raise BadInput(f'{path}: {"; ".join(reader.left_out) or empty}')
     part = main_part([time for time, _ in on_time.values()])
     if part is not None:
         reader.notes.append(part.note)
@@ -76,7 +78,7 @@ def read_bag(
         seconds = shared((time - start_ns) / 1e9, (channel.time for channel in found.values()))
         found[source.channel] = Channel(source.channel, seconds, source.unit.to_si(value), source.topic)
     units = {source.channel: source.unit.name for source in sources}
-    notes = tuple(bag.all_notes() + reader.notes)
+    notes = tuple(bag.all_notes() + reader.notes + reader.left_out)
     return Recording(str(path), found, start_ns, bag.known(), notes, units, tuple(reader.broken))
 
 
@@ -86,6 +88,7 @@ class _Reader:
     def __init__(self, bag: Bag, sources: list[Source]) -> None:
         self.bag = bag
         self.notes: list[str] = []
+        self.left_out: list[str] = []  # notes on topics that are not taken by themselves
         self.broken: list[str] = []
         self._asked: dict[str, list[Source]] = {}
         for source in sources:
@@ -99,7 +102,10 @@ class _Reader:
                 if name not in self._topics:
                     self._topics[name] = self._topic(name)
                 self._topics[name].add(messages)
+        self._joints: dict[str, Joints] = {}
         for name, topic in self._topics.items():
+            if bag.topics[name].message_type == JOINT_STATE and name in self._asked:
+                self._joints[name] = joints_of(topic)
             self._check_stamps(name, topic)
             back = set_back(topic.log if topic.stamp is None else topic.stamp)
             if back is not None:
@@ -111,6 +117,8 @@ class _Reader:
         for source in self._asked.get(name, ()):
             where = options.channel(source.channel) if source.explicit else f'{self.bag.path}: {name}'
             paths[source.channel] = field_path(types, kind, source.field or _own_number(types, kind, where), where)
+        if kind == JOINT_STATE and paths:
+            paths |= joint_paths(path[-1] for path in paths.values())
         return Topic(kind, types, paths)
 
     def _check_stamps(self, name: str, topic: Topic) -> None:
@@ -157,6 +165,15 @@ class _Reader:
         if kept.all():
             return _Samples(log, stamp, values)
         return _Samples(log[kept], None if stamp is None else stamp[kept], values[kept])
+
+    def takes(self, source: Source, samples: _Samples) -> bool:
+        """Whether it is a channel: joint states that nobody asked for may be of something else, which a note says."""
+        doubt = self._joints[source.topic].doubt(source, samples.value) if source.topic in self._joints else ''
+        if source.explicit:
+            self.notes += [doubt] if doubt else []
+        elif doubt and doubt not in self.left_out:
+            self.left_out.append(doubt)
+        return source.explicit or not doubt
 
     def _how_many(self, source: Source) -> str:
         """Of how many elements the sequence is, in the first message, of which the source's field asks for one more."""

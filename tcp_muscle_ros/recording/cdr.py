@@ -9,6 +9,7 @@ Source of the encoding: OMG CDR (XCDR1) as used by ROS 2: primitives aligned to 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
+from zlib import crc32
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -154,7 +155,10 @@ class _Walk:
 
     def base(self, name: str, wanted: list[tuple[FieldPath, int]]) -> None:
         if name == 'string':
-            self.skip(self.length_word())
+            size = self.length_word()
+            if size:
+                self.found |= {i: Field(self.position, f'S{size}') for _, i in wanted}
+            self.skip(size)
             return
         if name not in DTYPES:
             raise BrokenMessage(f'fields of type {name} are not read')
@@ -200,7 +204,10 @@ class Decoded:
 
 
 def decode(types: 'Typesdict', typename: str, payloads: Payloads, paths: Sequence[FieldPath]) -> Decoded:
-    """The numeric fields `paths` of every message, as float64. Messages that do not parse count as broken."""
+    """The numeric fields `paths` of every message, as float64; of a text a number that no other has (its CRC-32).
+
+    Messages that do not parse count as broken.
+    """
     n = len(payloads)
     values = [np.full(n, np.nan) for _ in paths]
     present = [np.zeros(n, dtype=bool) for _ in paths]
@@ -220,10 +227,19 @@ def decode(types: 'Typesdict', typename: str, payloads: Payloads, paths: Sequenc
             alike = _same_layout(payloads, first, layout, left)
         for f, field in enumerate(layout.fields):
             if field is not None:
-                values[f][alike] = gather(payloads.buffer, payloads.start[alike] + field.offset, field.dtype)
+                values[f][alike] = _as_numbers(
+                    gather(payloads.buffer, payloads.start[alike] + field.offset, field.dtype)
+                )
                 present[f][alike] = True
         left = left[1:] if len(alike) == 1 else np.setdiff1d(left, alike, assume_unique=True)
     return Decoded(values, present, broken)
+
+
+def _as_numbers(read: NDArray[np.generic]) -> NDArray[np.generic]:
+    if read.dtype.kind != 'S':
+        return read
+    texts, which = np.unique(read, return_inverse=True)
+    return np.array([crc32(text) for text in texts.tolist()])[which]
 
 
 def _same_layout(payloads: Payloads, first: int, layout: Layout, among: Index) -> Index:

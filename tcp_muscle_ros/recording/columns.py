@@ -48,7 +48,7 @@ class Topic:
     each field's numbers, and where it has any; how many messages do not parse."""
 
     def __init__(self, kind: str, types: 'Typesdict', paths: Mapping[str, FieldPath]) -> None:
-        self._kind, self._types, self._paths = kind, types, paths
+        self._kind, self._types, self.paths = kind, types, paths
         self.stamped = ('header', (Nodetype.NAME, 'std_msgs/msg/Header')) in types[kind][1]
         self._log, self._stamp = _Growing(np.int64), _Growing(np.int64)
         self._fields = {channel: (_Growing(np.float64), _Growing(np.bool_)) for channel in paths}
@@ -59,7 +59,7 @@ class Topic:
         """Decode some messages more."""
         stamp: list[FieldPath] = [('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec')]
         own = len(stamp) if self.stamped else 0
-        decoded = decode(self._types, self._kind, messages.payloads, [*stamp[:own], *self._paths.values()])
+        decoded = decode(self._types, self._kind, messages.payloads, [*stamp[:own], *self.paths.values()])
         if self.stamped:
             sec, nanosec = (np.nan_to_num(column).astype(np.int64) for column in decoded.values[:own])
             self._stamp.add(sec * _SECOND_NS + nanosec)

@@ -1,4 +1,5 @@
 import json
+import re
 import shutil
 import sqlite3
 from contextlib import closing
@@ -7,7 +8,7 @@ import mcap.writer
 import numpy as np
 import pytest
 from recording.bags import START, STORE, float64, joint_states, temperature, write_foreign
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import StoragePlugin, Writer
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording import mcap_file, sqlite_file
@@ -279,6 +280,67 @@ def test_joint_states_stand_in_for_missing_plain_topics_only(tmp_path):
     assert recording['force'].value.tolist() == [0.5] * 9
     assert recording['displacement'].topic == '/joint_states'
     np.testing.assert_array_equal(recording['force'].time, recording['displacement'].time)
+
+
+def test_an_effort_of_0_throughout_is_no_force(tmp_path):
+    """As many drivers leave it: it would be the load, and set the stated one aside."""
+    rows = [('/joint_states', t, joint_states(t, [k], [0.0])) for k, t in enumerate(range(START, START + 9 * MS, MS))]
+    bag = write_foreign(tmp_path / 'bag', rows)
+    recording = read_bag(bag)
+    assert list(recording.channels) == ['displacement']
+    assert recording.notes == ('/joint_states: its effort is 0 throughout, as where none is measured: left out',)
+    asked = read_bag(bag, channels={'force': 'joint_states.effort[0]'})
+    assert asked['force'].value.tolist() == [0.0] * 9 and asked.notes == ()
+
+
+SEVERAL = (
+    "/joint_states: has several joints, left out; say which is the muscle's, for example "
+    '--channel displacement=/joint_states.position[0]'
+)
+CHANGING = '/joint_states: not every message has the same joint at position[0]'
+
+
+@pytest.mark.parametrize('little_endian', [True, False])
+@pytest.mark.parametrize(
+    ('names', 'note', 'when_asked'),
+    [
+        (lambda k: ['tcp_muscle'], None, ()),
+        (lambda k: [], None, ()),
+        (lambda k: ['shoulder', 'muscle'], SEVERAL, ()),
+        (lambda k: ['', ''], SEVERAL, ()),
+        (lambda k: ['a', 'b'] if k == 5 else ['a'], SEVERAL, ()),
+        (lambda k: ['left', 'right'][:: 1 if k % 2 else -1], f'{CHANGING}: left out', (CHANGING,)),
+        (lambda k: ['gripper' if k == 5 else 'muscle'], f'{CHANGING}: left out', (CHANGING,)),
+    ],
+    ids=['one', 'nameless', 'several', 'several nameless', 'once several', 'swapped', 'one and another'],
+)
+def test_joint_states_are_taken_by_themselves_only_where_they_are_of_one_joint(
+    tmp_path, names, note, when_asked, little_endian
+):
+    rows = ticks(9, '')
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        add = {
+            topic: writer.add_connection(topic, kind, typestore=STORE)
+            for topic, kind in [('/temperature', rows[0][2][0]), ('/joint_states', 'sensor_msgs/msg/JointState')]
+        }
+        for k, (_, log, (kind, message)) in enumerate(row for row in rows if row[0] == '/temperature'):
+            writer.write(add['/temperature'], log, STORE.serialize_cdr(message, kind))
+            kind, message = joint_states(log, [1e-3 * k] * max(1, len(names(k))), [], names(k))
+            writer.write(add['/joint_states'], log, STORE.serialize_cdr(message, kind, little_endian=little_endian))
+    recording = read_bag(tmp_path / 'bag')
+    assert ('displacement' in recording) == (note is None)
+    assert recording.notes == (() if note is None else (note,))
+    asked = read_bag(tmp_path / 'bag', channels={'displacement': 'joint_states.position[0]'})
+    np.testing.assert_allclose(asked['displacement'].value, 1e-3 * np.arange(9))
+    assert asked.notes == when_asked
+
+
+def test_a_bag_of_several_joints_alone_says_how_to_choose(tmp_path):
+    rows = [('/joint_states', START, joint_states(START, [0.0, 1.0], [1.0, 2.0], ['thumb', 'index']))]
+    bag = write_foreign(tmp_path / 'bag', rows)
+    with pytest.raises(BadInput, match=re.escape(SEVERAL)):
+        read_bag(bag)
+    assert read_bag(bag, channels={'displacement': 'joint_states.position[1]'})['displacement'].value.tolist() == [1.0]
 
 
 def test_any_numeric_field_of_any_type_can_be_a_channel_in_any_unit(tmp_path):

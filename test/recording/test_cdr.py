@@ -1,5 +1,7 @@
 """The bulk reader of serialised messages against rosbags' deserialiser, message by message."""
 
+from zlib import crc32
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -53,10 +55,13 @@ def test_joint_states_of_any_mixture_of_layouts(little_endian, rows):
     messages = [
         T[kind](header(7, frame), names, np.array(p), np.array([]), np.array(p[:1])) for frame, names, p in rows
     ]
-    paths = [('position', 1), ('effort', 0), ('header', 'stamp', 'sec')]
+    paths = [('position', 1), ('effort', 0), ('header', 'stamp', 'sec'), ('name', 0)]
     found = decode(STORE.fielddefs, kind, payloads(messages, kind, little_endian=little_endian), paths)
     assert found.broken == 0
-    for k, (_, _, p) in enumerate(rows):
+    for k, (_, names, p) in enumerate(rows):
+        assert found.present[3][k] == bool(names)
+        if names:
+            assert found.values[3][k] == crc32(names[0].encode())
         assert found.present[0][k] == (len(p) > 1)
         assert found.present[1][k] == (len(p) > 0)
         assert found.values[2][k] == 7
