@@ -10,7 +10,7 @@ from tcp_muscle_ros.errors import BadInput, install
 from tcp_muscle_ros.recording.frames import TIME
 from tcp_muscle_ros.recording.recording import Array
 
-_DIGITS = 9  # significant ones; more than any instrument has
+_DIGITS = 9  # significant ones; more than any instrument has, but not than the time of a long recording
 
 
 def write_csv(path: Path, time: Array, columns: Mapping[str, Array]) -> None:
@@ -18,8 +18,14 @@ def write_csv(path: Path, time: Array, columns: Mapping[str, Array]) -> None:
     with path.open('w', encoding='utf-8', newline='') as file:
         writer = csv.writer(file, lineterminator='\n')
         writer.writerow([TIME, *columns])
-        for row in zip(time, *columns.values(), strict=True):
-            writer.writerow([f'{cell:.{_DIGITS}g}' if np.isfinite(cell) else '' for cell in row])
+        for at, *row in zip(time, *columns.values(), strict=True):
+            cells = (f'{cell:.{_DIGITS}g}' if np.isfinite(cell) else '' for cell in row)
+            writer.writerow([_to_the_nanosecond(at), *cells])
+
+
+def _to_the_nanosecond(time: float) -> str:
+    """As a bag has it: of fewer digits the rows of several topics would come to share a time."""
+    return f'{time:.9f}'.rstrip('0').rstrip('.')
 
 
 def write_parquet(path: Path, time: Array, columns: Mapping[str, Array]) -> None:

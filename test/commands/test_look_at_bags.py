@@ -60,6 +60,21 @@ def test_what_is_exported_is_imported_again_without_a_map(bag, tmp_path, kind):
     assert main(['export', str(bag), f'--{kind}', str(table)]) == 2  # nothing is overwritten
 
 
+def test_the_times_of_a_long_recording_come_back_to_the_nanosecond(tmp_path):
+    """Topics without stamps, each a few microseconds after the other: after 1000 s their rows shared a time."""
+    hours = np.arange(0.0, 36_000.0, 20.0)
+    late = {'current': 0.0, 'temperature': 3e-6, 'displacement': 5e-6}
+    channels = {name: Channel(name, hours + by, np.sin(hours), f'/{name}') for name, by in late.items()}
+    write_recording(tmp_path / 'run', Recording('run', channels, 10**18))
+    assert main(['export', str(tmp_path / 'run'), '--csv', str(tmp_path / 'out.csv')]) == 0
+    assert main(['import', str(tmp_path / 'out.csv'), '--output', str(tmp_path / 'again')]) == 0
+    first, second = read_bag(tmp_path / 'run'), read_bag(tmp_path / 'again' / 'out')
+    for name in ('temperature', 'displacement'):
+        np.testing.assert_allclose(second[name].time, first[name].time, rtol=0, atol=2e-9)
+    lines = (tmp_path / 'out.csv').read_text().splitlines()
+    assert [line.partition(',')[0] for line in lines[1:6]] == ['0', '0.000003', '0.000005', '20', '20.000003']
+
+
 def test_a_load_that_is_stated_in_words_is_exported_and_what_is_odd_is_said_at_import(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rows = ''.join(f'{t / 10},{250 * (t > 20)},{23 + t / 20},{t / 100}\n' for t in range(100))
