@@ -15,12 +15,12 @@ from tcp_muscle_ros.files.order import by_number
 from tcp_muscle_ros.recording.bag_writer import KNOWN
 from tcp_muscle_ros.recording.mcap_file import McapFile
 from tcp_muscle_ros.recording.sqlite_file import SqliteFile
-from tcp_muscle_ros.recording.storage import BagFile, StoredMessages, StoredTopic, custom_data
+from tcp_muscle_ros.recording.storage import BagFile, StoredMessages, StoredTopic, custom_data, information
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
 
-_SHOWN = 5  # bags of a folder that was taken for one
+_SHOWN = 5  # bags of a folder that was taken for one, or files that are missing
 
 
 class Bag:
@@ -65,7 +65,17 @@ class Bag:
         present = [file for file in files if file.stat().st_size]
         if not present:
             raise BadInput(f'{path}: empty bag: {files[0].name} has no content')
+        self._note_missing(present)
         return present
+
+    def _note_missing(self, present: Collection[Path]) -> None:
+        """A note where the bag had more files than are here: a name that is not here may only have been changed."""
+        listed = information(self._metadata).get('relative_file_paths')
+        names = [Path(str(name)).name.removesuffix('.zstd') for name in listed] if isinstance(listed, list) else []
+        missing = [name for name in names if name not in {file.name.removesuffix('.zstd') for file in present}]
+        if missing and len(present) < len(names):
+            shown = ', '.join(missing[:_SHOWN]) + (', ...' if len(missing) > _SHOWN else '')
+            self.notes.append(f'{self.path}: {len(missing)} of its {len(names)} files are missing or empty: {shown}')
 
     def all_notes(self) -> list[str]:
         """Notes on the bag and on its files; the latter grow while they are read."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from tcp_muscle_ros.files.yaml_text import NotYaml, parse
 from tcp_muscle_ros.recording.cdr import Index, Payloads
@@ -45,15 +45,18 @@ class BagFile(Protocol):
         ...
 
 
-def custom_data(metadata: str) -> Mapping[str, str]:
-    """The custom_data of the text of a rosbag2 metadata.yaml; empty where there is none or the text is broken."""
+def information(metadata: str) -> Mapping[Any, Any]:
+    """What the text of a rosbag2 metadata.yaml says; empty where it is broken."""
     try:
         content = parse(metadata)
     except NotYaml:
         return {}
     if isinstance(content, dict):
         content = content.get('rosbag2_bagfile_information', content)
-        data = content.get('custom_data') if isinstance(content, dict) else None
-        if isinstance(data, dict):
-            return {str(key): str(value) for key, value in data.items()}
-    return {}
+    return content if isinstance(content, dict) else {}
+
+
+def custom_data(metadata: str) -> Mapping[str, str]:
+    """The custom_data of the text of a rosbag2 metadata.yaml; empty where there is none or the text is broken."""
+    data = information(metadata).get('custom_data')
+    return {str(key): str(value) for key, value in data.items()} if isinstance(data, dict) else {}

@@ -562,6 +562,26 @@ def test_a_bag_in_several_files_is_one_recording(tmp_path):
     assert read_bag(whole)['temperature'].value.tolist() == (293.15 + np.arange(100)).tolist()
 
 
+@pytest.mark.parametrize('emptied', [False, True], ids=['not copied', 'empty'])
+def test_files_of_a_bag_that_are_missing_are_noted(tmp_path, emptied):
+    rows, bag = ticks(), tmp_path / 'bag'
+    bag.mkdir()
+    for k, part in enumerate((rows[:100], rows[100:200], rows[200:])):
+        shutil.copy(next(write_foreign(tmp_path / f'p{k}', part).glob('*.mcap')), bag / f'bag_{k}.mcap')
+    listed = [f'bag_{k}.mcap' for k in range(3)]
+    (bag / 'metadata.yaml').write_text(json.dumps({'rosbag2_bagfile_information': {'relative_file_paths': listed}}))
+    assert read_bag(bag).notes == ()
+    (bag / 'bag_1.mcap').rename(bag / 'bag_1_of_monday.mcap')
+    assert read_bag(bag).notes == ()
+    (bag / 'bag_1_of_monday.mcap').unlink()
+    if emptied:
+        (bag / 'bag_1.mcap').touch()
+    lacking = f'{bag}: 1 of its 3 files are missing or empty: bag_1.mcap'
+    assert read_bag(bag).notes == (lacking,)
+    (bag / 'metadata.yaml').write_text('relative_file_paths: 7')
+    assert read_bag(bag).notes == ()
+
+
 def test_several_muscles_are_told_apart_by_namespace(tmp_path):
     bag = write_foreign(tmp_path / 'bag', ticks(ns='/left') + ticks(ns='/right/arm') + ticks(9, ns=''))
     with pytest.raises(BadInput, match=r'several namespaces: /, /left, /right/arm; .*--namespace'):
