@@ -15,12 +15,16 @@ _DRIFT = 1e-4  # of two clocks against each other, at most
 
 
 class LogTimes:
-    """The log times of one topic, which run on unless the clock of the log was set back. All in ns."""
+    """The log times of one topic, which run on unless the clock of the log was set back. All in ns.
 
-    def __init__(self) -> None:
+    What was said before a late subscription, and comes with it, is logged at ``since``: it is what holds then.
+    """
+
+    def __init__(self, since: int = 0) -> None:
         # Received less sent of the quickest message: delay and offset of the clocks.
         self._quickest: float | None = None
-        self._received = self._sent = self._logged = 0  # of the latest message
+        self._received = self._sent = 0  # of the latest message
+        self._logged = since  # likewise
         self._late_since: int | None = None  # since when none was in time
 
     def of(self, received: Sequence[int], sent: Sequence[int]) -> list[int]:

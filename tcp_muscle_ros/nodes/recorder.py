@@ -10,7 +10,7 @@ import os
 import shutil
 import signal
 import time
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from difflib import get_close_matches
@@ -21,7 +21,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
@@ -44,6 +44,7 @@ _QUEUE = 5000  # messages a topic: more than two seconds at 2 kHz, should the di
 _FLUSH_S = 0.2  # of the second that a kill may cost, what is left is for a machine that lets a process wait
 _LOOK_S = 1.0  # how often the graph is looked at
 _SAY_S = 10.0
+_AT_FIRST = ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE  # until a publisher offers something else
 _PATIENCE_S = 10.0  # at least so long a recording of fixed duration waits for its first message
 
 
@@ -110,7 +111,8 @@ class Recorder:
         prefix = self._namespace.rstrip('/')
         topics = {**TOPICS, **(more or {})}
         self._types = {name if name[0] == '/' else f'{prefix}/{name}': kind for name, kind in topics.items()}
-        self._subscriptions = {topic: self._subscribe(topic, ReliabilityPolicy.RELIABLE) for topic in self._types}
+        self._listens = dict.fromkeys(self._types, _AT_FIRST)
+        self._subscriptions = {topic: self._subscribe(topic) for topic in self._types}
         absolute = {name if name[0] == '/' else f'{prefix}/{name}' for name in wanted}
         self._wanted = sorted(absolute - set(self._types))  # until somebody publishes there
         best_effort = QoSProfile(depth=_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)  # takes any publisher's
@@ -121,13 +123,16 @@ class Recorder:
         self._before_muscle: deque[tuple[str, bytes, int]] = deque(maxlen=_QUEUE)
         self._replaced: Path | None = None
         self._bag: BagWriter | None = None
-        self._best_effort: set[str] = set()
+        # By topic, when the latest messages were sent (ns); and which of them came before it was subscribed to anew.
+        self._sent: defaultdict[str, deque[int]] = defaultdict(lambda: deque(maxlen=_QUEUE))
+        self._came_already: dict[str, frozenset[int]] = {}
         self._warned: set[str] = set()
         self._count = 0
         self._flushed = self._looked = 0.0  # when; steady time, s
 
-    def _subscribe(self, topic: str, reliability: ReliabilityPolicy) -> Any:
-        qos = QoSProfile(depth=_QUEUE, reliability=reliability)
+    def _subscribe(self, topic: str) -> Any:
+        reliability, durability = self._listens[topic]
+        qos = QoSProfile(depth=_QUEUE, reliability=reliability, durability=durability)
         return self._node.create_subscription(self._types[topic], topic, _unused, qos, raw=True)
 
     @property
@@ -202,11 +207,13 @@ class Recorder:
 
     def _taken(self, topic: str) -> list[tuple[int, str, bytes]]:
         """The messages of a topic that have come, each with its log time (ns)."""
-        subscription, messages = self._subscriptions[topic], []
+        subscription, messages, twice = self._subscriptions[topic], [], self._came_already.get(topic, frozenset())
         with subscription.handle:
             while (taken := subscription.handle.take_message(subscription.msg_type, True)) is not None:
-                messages.append(taken)
+                if taken[1]['source_timestamp'] not in twice:
+                    messages.append(taken)
         received, sent = ([info[f'{when}_timestamp'] for _, info in messages] for when in ('received', 'source'))
+        self._sent[topic].extend(sent)
         times = self._log_times[topic].of(received, sent)
         return [(time_ns, topic, message) for time_ns, (message, _) in zip(times, messages, strict=True)]
 
@@ -236,19 +243,34 @@ class Recorder:
         return writing(self._output, '; what was written until then is kept')
 
     def _look_at_publishers(self) -> None:
-        """A publisher that offers only best effort is taken as such; one of another type is said to be left out."""
+        """Each topic is taken as it is offered; a publisher of another type is said to be left out."""
         self._look_for_wanted()
         for topic, kind in self._types.items():
             wanted = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
-            for publisher in self._node.get_publishers_info_by_topic(topic):
+            publishers = self._node.get_publishers_info_by_topic(topic)
+            for publisher in publishers:
                 if publisher.topic_type != wanted and topic not in self._warned:
                     self._warned.add(topic)
                     self._say(f'{topic} is published as {publisher.topic_type}, expected {wanted}: not recorded')
-                offers = publisher.qos_profile.reliability
-                if offers == ReliabilityPolicy.BEST_EFFORT and topic not in self._best_effort:
-                    self._best_effort.add(topic)
-                    self._node.destroy_subscription(self._subscriptions[topic])
-                    self._subscriptions[topic] = self._subscribe(topic, ReliabilityPolicy.BEST_EFFORT)
+            self._take_as_offered(topic, [publisher.qos_profile for publisher in publishers])
+
+    def _take_as_offered(self, topic: str, offers: Sequence[QoSProfile]) -> None:
+        """As best effort once a publisher offers no more; and where each keeps what it said for those who come late, as
+        a rig may say its load once, with that. A publisher that does not would not be heard so: then without."""
+        reliability, durability = self._listens[topic]
+        if any(offer.reliability == ReliabilityPolicy.BEST_EFFORT for offer in offers):
+            reliability = ReliabilityPolicy.BEST_EFFORT
+        if offers:
+            lasting = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
+            durability = DurabilityPolicy.TRANSIENT_LOCAL if lasting else DurabilityPolicy.VOLATILE
+        if (reliability, durability) == self._listens[topic]:
+            return
+        if durability == DurabilityPolicy.TRANSIENT_LOCAL:
+            self._came_already[topic] = frozenset(self._sent[topic]) - {0}  # 0: not known
+            self._log_times[topic] = LogTimes(time.time_ns())
+        self._listens[topic] = reliability, durability
+        self._node.destroy_subscription(self._subscriptions[topic])
+        self._subscriptions[topic] = self._subscribe(topic)
 
     def _look_for_wanted(self) -> None:
         """Subscribe to the wanted topics of which the type is known by now."""
@@ -262,8 +284,8 @@ class Recorder:
             if kind is None:
                 self._say(f'{topic} is {found}, a type that is not known here: not recorded')
                 continue
-            self._types[topic], self._log_times[topic] = kind, LogTimes()
-            self._subscriptions[topic] = self._subscribe(topic, ReliabilityPolicy.RELIABLE)
+            self._types[topic], self._log_times[topic], self._listens[topic] = kind, LogTimes(), _AT_FIRST
+            self._subscriptions[topic] = self._subscribe(topic)
 
     def absent(self) -> str:
         """Which of the wanted topics nobody has published so far, as the end of a sentence; '' where all are."""

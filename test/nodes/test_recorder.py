@@ -436,3 +436,44 @@ def test_more_topics_of_any_type_are_recorded_and_so_is_the_shaped_setpoint(benc
             '/more/shaped_setpoint': 'std_msgs/msg/Float64',
             '/more/displacement': 'std_msgs/msg/Float64',
         }
+
+
+def test_what_was_said_once_for_those_who_come_late_is_in_the_bag_once(bench, tmp_path):
+    """A rig that says its load and its spool when it starts, before the recorder; and a load that is said otherwise."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import Float64, String
+
+    lasting = QoSProfile(depth=3, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    load, spool = (
+        bench.node.create_publisher(k, f'/rig/{n}', lasting) for k, n in ((Float64, 'load'), (String, 'spool'))
+    )
+    displacement = bench.node.create_publisher(Float64, '/rig/displacement', 10)
+    for value in (0.2, 0.3):
+        load.publish(Float64(data=value))
+    spool.publish(String(data='7'))
+    arguments = ['--output', str(tmp_path / 'bag'), '--namespace', 'rig', '--topic', 'spool']
+    program = bench.run(['-m', 'tcp_muscle_ros.tool', 'record', *arguments], 'rig')
+
+    def recorded(topic, publisher=displacement, value=0.01):
+        publisher.publish(Float64(data=value))
+        time.sleep(0.05)
+        return f'recording /rig/{topic}' in program.said()
+
+    for topic in ('load', 'spool', 'displacement'):
+        bench.until(lambda topic=topic: recorded(topic), f'{topic} is not recorded', 60.0)
+    load.publish(Float64(data=0.4))
+    other = bench.node.create_publisher(Float64, '/rig/load', 10)  # keeps nothing
+    resistance = bench.node.create_publisher(Float64, '/rig/resistance', lasting)  # heard before it is seen to last
+    for k in range(100):
+        recorded('load', other, 0.5)
+        resistance.publish(Float64(data=float(k)))
+    assert program.end(signal.SIGINT) == 0, program.said()
+    recording = read_bag(tmp_path / 'bag')
+    values = recording['load'].value.tolist()
+    assert values[:3] == [0.2, 0.3, 0.4]
+    assert len(values) > 10 and set(values[3:]) == {0.5}
+    np.testing.assert_array_equal(np.diff(recording['resistance'].value), 1.0)
+    assert recording['resistance'].value[-1] == 99.0
+    assert recording['load'].time[0] < recording['displacement'].time[0] + 3.0
+    with AnyReader([tmp_path / 'bag']) as bag:
+        assert sum(c.msgcount for c in bag.connections if c.topic == '/rig/spool') == 1
