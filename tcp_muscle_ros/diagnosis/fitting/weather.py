@@ -120,8 +120,13 @@ def courses(fitted: Fit) -> list[Course]:
 
 def evidence_of(fitted: Fit, effect: str) -> float:
     """The evidence of the course of one effect alone."""
-    of = _DRAUGHT if effect == fitted.problem.model.roles.course else _ROOM
-    whole = _linear(_rows(as_read(fitted)))
+    return evidence_beside(as_read(fitted), effect)
+
+
+def evidence_beside(read: Fit, effect: str) -> float:
+    """The same, of a fit that is under the noise of the instruments (``as_read``)."""
+    of = _DRAUGHT if effect == read.problem.model.roles.course else _ROOM
+    whole = _linear(_rows(read))
     return max(_evidence(whole, kind)[0] for kind in _kinds(of))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.fitting.projection import Projection
 from tcp_muscle_ros.diagnosis.fitting.run_to_run import differing, repeating
-from tcp_muscle_ros.diagnosis.fitting.weather import as_read, evidence_of
+from tcp_muscle_ros.diagnosis.fitting.weather import as_read, evidence_beside
 from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.model.unknown import LOG_SPREAD, Unknown
@@ -71,9 +71,10 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
     least = found.final.problem.policy.least_drop
     best, scored = found, np.inf
     for begun, keeping in _starts(found) if circumstance is None or unnamed else [less(found, circumstance)]:
-        of_state = circumstance is not None and circumstance not in keeping
+        replaced = circumstance if circumstance not in keeping else None  # by a law of the muscle's state
+        of_state = replaced is not None
         left = excess(found.told.final if of_state else found.final, found)
-        to_beat = _as_followed(begun, circumstance.effect) - least if circumstance and of_state else -np.inf
+        to_beat = _as_followed(begun, replaced.effect) - least if replaced else -np.inf
         tried: list[Rival] = []
         for law in promising(begun, progress, of_state)[:_TRIED]:
             start, kept, better = _alone(found, begun, keeping, refitted(begun, law), law)
@@ -103,7 +104,8 @@ def _as_followed(begun: Fit, effect: str) -> float:
     Under the noise of the instruments, like the law in its place: each under the noise that it leaves itself, what
     leaves more would pass for as good.
     """
-    return penalised(as_read(begun)) - evidence_of(begun, effect)
+    read = as_read(begun)
+    return penalised(read) - evidence_beside(read, effect)
 
 
 def _among(found: Selection, tried: Sequence[Rival]) -> Selection:
