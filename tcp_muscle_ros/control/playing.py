@@ -58,7 +58,8 @@ def parts(protocol: Protocol, by_person: bool) -> list[Part]:
     hung = np.repeat(sampled.load[bounds[:-1]], np.diff(bounds))
     slow = np.abs(sampled.load[:-1] - hung) > SAME_LOAD * hung  # from tick to tick it hardly changes
     if slow.any():
-        still = np.flatnonzero(sampled.load[:-1][: int(slow.argmax())] == hung[: int(slow.argmax())])
+        until = int(slow.argmax())
+        still = np.flatnonzero(sampled.load[:until] == hung[:until])
         _refuse_gradual(sampled.time[still[-1]])
     return [
         Part(

@@ -12,14 +12,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import writing
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.recording.bag_writer import write_recording
-from tcp_muscle_ros.recording.recording import OUTPUTS, Channel, Recording
+from tcp_muscle_ros.recording.inputs import window
+from tcp_muscle_ros.recording.recording import Channel, Recording
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read, write
 from tcp_muscle_ros.settings.rig import Rig, read_rig
 
@@ -33,13 +32,8 @@ def save(path: Path, columns: Mapping[str, tuple[Array, Array]], since: float, l
     An input begins with the value that holds there: a load is said where it changes, maybe long before.
     """
     start = max(since, min(float(time[0]) for time, _ in columns.values()))
-    channels = {}
-    for name, (time, value) in columns.items():
-        first = int(np.searchsorted(time, start))
-        if first and name not in OUTPUTS and (first == len(time) or time[first] > start):
-            first -= 1
-        if first < len(time):
-            channels[name] = Channel(name, np.maximum(time[first:] - start, 0.0), value[first:], name)
+    kept = (window(Channel(name, time, value, name), start) for name, (time, value) in columns.items())
+    channels = {channel.name: channel for channel in kept if len(channel)}
     write_recording(path, Recording(str(path), channels, round(start * 1e9), {'load_n': load}))
 
 

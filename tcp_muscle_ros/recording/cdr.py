@@ -204,7 +204,7 @@ class Decoded:
 
 
 def decode(types: 'Typesdict', typename: str, payloads: Payloads, paths: Sequence[FieldPath]) -> Decoded:
-    """The numeric fields `paths` of every message, as float64; of a text a number that no other has (its CRC-32).
+    """The numeric fields `paths` of every message, as float64; of a text a number of its own (its CRC-32).
 
     Messages that do not parse count as broken.
     """

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tcp_muscle_ros.recording.recording import DRIVES, Array, Channel, Recording
+from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
 from tcp_muscle_ros.recording.yaml_input import number_or_none
 
@@ -26,6 +26,17 @@ def hold(channel: Channel | float, grid: Array) -> Array:
     at = np.searchsorted(channel.time, grid + SAME_INSTANT, side='right')
     at -= 1
     return channel.value[np.maximum(at, 0, out=at)]
+
+
+def window(channel: Channel, start: float, end: float = np.inf) -> Channel:
+    """The channel from start to before end, its time from start; an input goes in with the value that holds there."""
+    inside = (channel.time >= start) & ((channel.time < end) if end > start else False)
+    time, value = channel.time[inside] - start, channel.value[inside]
+    if CHANNELS[channel.name].role != 'output':
+        before = np.flatnonzero(channel.time < start)
+        if before.size and (not time.size or time[0] > 0.0):
+            time, value = np.append(0.0, time), np.append(channel.value[before[-1]], value)
+    return Channel(channel.name, time, value, channel.topic)
 
 
 def changes(channel: Channel | float) -> Array:

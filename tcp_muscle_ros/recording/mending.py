@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp_muscle_ros.recording.checks import Issue, is_noisy, runs
-from tcp_muscle_ros.recording.inputs import drive_of, hold
-from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording
+from tcp_muscle_ros.recording.inputs import drive_of, hold, window
+from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Array, Channel, Recording
 
 FEWEST = 8  # values of a channel: of fewer no noise is told (see diagnosis/noise/noise.py), and no motion
 RESUMED = 'resumed'  # in Recording.known: begins in the middle of something, at no known temperature
@@ -115,7 +115,7 @@ def _parts(recording: Recording) -> tuple[Recording, ...]:
     for k, (start, end) in enumerate(spans, 1):
         note = f'part {k} of {len(spans)}, {start:.1f} s to {end:.1f} s of the recording, which was cut: {why}'
         known: Mapping[str, object] = recording.known if start == 0.0 else {**recording.known, RESUMED: True}
-        channels = {n: c for n, c in ((n, _window(c, start, end)) for n, c in recording.channels.items()) if len(c)}
+        channels = {n: c for n, c in ((n, window(c, start, end)) for n, c in recording.channels.items()) if len(c)}
         start_ns = recording.start_ns + round(start * 1e9)
         found.append(Recording(recording.path, channels, start_ns, known, (*recording.notes, note), recording.units))
     return tuple(found)
@@ -123,8 +123,8 @@ def _parts(recording: Recording) -> tuple[Recording, ...]:
 
 def _seen(recording: Recording, start: float, end: float) -> bool:
     """Whether an output has values enough in a part."""
-    outputs = (channel.time for name, channel in recording.channels.items() if CHANNELS[name].role == 'output')
-    return any(np.count_nonzero((time >= start) & (time < end)) >= FEWEST for time in outputs)
+    times = (recording[name].time for name in OUTPUTS if name in recording)
+    return any(np.count_nonzero((time >= start) & (time < end)) >= FEWEST for time in times)
 
 
 def _merged(cuts: list[tuple[float, float, str]]) -> list[tuple[float, float, str]]:
@@ -136,17 +136,6 @@ def _merged(cuts: list[tuple[float, float, str]]) -> list[tuple[float, float, st
             start, end, why = first, max(last, end), f'{said}; {why}'
         merged.append((start, end, why))
     return merged
-
-
-def _window(channel: Channel, start: float, end: float) -> Channel:
-    """The channel from start to before end, its time from start; an input goes in with the value that holds there."""
-    inside = (channel.time >= start) & ((channel.time < end) if end > start else False)
-    time, value = channel.time[inside] - start, channel.value[inside]
-    if CHANNELS[channel.name].role != 'output':
-        before = np.flatnonzero(channel.time < start)
-        if before.size and (not time.size or time[0] > 0.0):
-            time, value = np.append(0.0, time), np.append(channel.value[before[-1]], value)
-    return Channel(channel.name, time, value, channel.topic)
 
 
 def _silences(drive: Channel) -> list[tuple[float, float, str]]:

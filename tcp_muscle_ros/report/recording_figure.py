@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files.tails import tail_of
 from tcp_muscle_ros.recording.recording import CHANNELS, Channel, Recording
 from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, shown
 from tcp_muscle_ros.report.style import COOLING, DRIVE, IMPROVED, PREDICTED, RECORDED, SETPOINT, canvas, literal
@@ -50,12 +51,11 @@ def _colour(k: int) -> str:
 
 def _names(paths: Sequence[str]) -> list[str]:
     """The ends of paths, as short as tells them apart; numbered where nothing does."""
-    parts = [Path(path).parts for path in paths]
-    for depth in range(1, max(map(len, parts)) + 1):
-        names = ['/'.join(part[-depth:]) for part in parts]
-        if len(set(names)) == len(names):
-            return names
-    return [f'{Path(path).name} ({number})' for number, path in enumerate(paths, 1)]
+    given = [Path(path) for path in paths]
+    names = ['/'.join(tail_of(path, given)) for path in given]
+    if len(set(names)) == len(names):
+        return names
+    return [f'{path.name} ({number})' for number, path in enumerate(given, 1)]
 
 
 def _draw(axis: Axes, channel: Channel, colour: str) -> None:

@@ -20,6 +20,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.latents import Draught
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import driven
 from tcp_muscle_ros.muscle.arrays import Array
 
 _APART, _MOST = 0.125, 400  # thermal time constants between the knots of a course; and how many at most
@@ -29,7 +30,7 @@ _LEAST = -0.8  # of a draught's w: no air is so still that nothing is lost
 _UNSURE, _BLURRED = 0.3, 4.0  # of the size, that stays unknown; s over which it is
 _ROUNDS, _STEPS = 2, 3  # how often the responses are computed; steps by one of them
 COLD = 0.5  # K over the room, below which no draught shows
-_WARM, _DRIVEN = 0.2, 0.1  # of the largest excess over the room, above which one shows well; of the largest drive
+_WARM = 0.2  # of the largest excess over the room, above which one shows well
 
 
 def with_course(fitted: Fit, effects: Collection[str] | None = None) -> Fit:
@@ -73,9 +74,9 @@ def strength(fitted: Fit) -> tuple[float, float]:
         excess = excess_of(fitted, k)
         share = -latent.draught.warmer / np.maximum(excess, COLD)
         warm = excess > _WARM * float(np.max(excess))
-        driven = np.abs(experiment.imposed.drive) > _DRIVEN * float(np.max(np.abs(experiment.imposed.drive)))
-        on.append(share[warm & driven])
-        off.append(share[warm & ~driven])
+        heats = driven(experiment.imposed.drive)
+        on.append(share[warm & heats])
+        off.append(share[warm & ~heats])
     return _spread(on), _spread(off)
 
 

@@ -7,11 +7,18 @@ from typing import NamedTuple
 import numpy as np
 
 from tcp_muscle_ros.muscle import Schedule
-from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.arrays import Array, Mask
 
 _AT, _SAME = 1e-6, 1e-9  # s, less is no other instant
+_DRIVEN = 0.1  # of the largest drive
 
 FOLLOWS_SETPOINT = 'follows_setpoint'  # in Experiment.known: a setpoint of the displacement was recorded
+
+
+def driven(drive: Array) -> Mask:
+    """Where a drive heats, shape as it has: what is a tenth of its largest or less keeps the resistance readable."""
+    size = np.abs(drive)
+    return np.asarray(size > _DRIVEN * np.max(size, initial=0.0))
 
 
 class Earlier(NamedTuple):

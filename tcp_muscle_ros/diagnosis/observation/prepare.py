@@ -8,7 +8,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.observation.blocks import averaged, coarsened, instants_of, switches
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.holding import Conditions, holding_of
-from tcp_muscle_ros.diagnosis.observation.imposed import FOLLOWS_SETPOINT, Imposed
+from tcp_muscle_ros.diagnosis.observation.imposed import FOLLOWS_SETPOINT, Imposed, driven
 from tcp_muscle_ros.diagnosis.observation.input_noise import quiet, still_air, which_is_held
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.observation.quotient import beside, nearest_reading, quotient
@@ -20,7 +20,6 @@ from tcp_muscle_ros.recording.mending import FEWEST
 from tcp_muscle_ros.recording.plausibility import not_across
 from tcp_muscle_ros.recording.recording import CHANNELS, OUTPUTS, Channel, Recording, shared
 
-_DRIVEN = 0.1  # of the largest: a drive that heats; less keeps the resistance readable
 _SELDOM = 0.01  # of the samples: an input that changes no more often is constant between its steps
 
 
@@ -88,7 +87,7 @@ def prepare(
 
 def _off_until(drive: Channel) -> float:
     """When the drive first comes on, s; 0 where it is on from the start."""
-    on = np.flatnonzero(np.abs(drive.value) > _DRIVEN * float(np.max(np.abs(drive.value), initial=0.0)))
+    on = np.flatnonzero(driven(drive.value))
     return float(drive.time[on[0]]) if on.size and on[0] > 0 else 0.0
 
 

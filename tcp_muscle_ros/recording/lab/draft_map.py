@@ -9,6 +9,8 @@ from pathlib import Path
 
 import yaml
 
+from tcp_muscle_ros.files.tails import tail_of
+from tcp_muscle_ros.files.yaml_text import quoted
 from tcp_muscle_ros.recording.lab.draft import ColumnRef, DraftColumn, DraftRun, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Layout
 from tcp_muscle_ros.recording.recording import DRIVES
@@ -27,15 +29,13 @@ def map_text(drafts: Mapping[Path, Sequence[DraftRun]], path: Path) -> str:
     lines = [_HEADER.format(files=', '.join(file.name for file in drafts), map=path), 'runs:']
     for file, runs in drafts.items():
         for run in runs:
-            lines += _run('/'.join(tail_of(file, drafts)), run)
+            lines += _run('/'.join(_tail(file, drafts)), run)
     return '\n'.join(lines) + '\n'
 
 
-def tail_of(file: Path, files: Iterable[Path]) -> tuple[str, ...]:
-    """The end of a file's path that no other of the files has: its name, and as many of its folders as that takes."""
-    parts = file.absolute().parts
-    others = [other.absolute().parts for other in files if other != file]
-    return next((parts[-n:] for n in range(1, len(parts)) if not any(o[-n:] == parts[-n:] for o in others)), parts)
+def _tail(file: Path, files: Iterable[Path]) -> tuple[str, ...]:
+    """The end of a file's path that no other of the files has, wherever the paths begin."""
+    return tail_of(file.absolute(), [other.absolute() for other in files])
 
 
 def told_apart(drafts: Mapping[Path, Sequence[DraftRun]]) -> dict[Path, list[DraftRun]]:
@@ -43,7 +43,7 @@ def told_apart(drafts: Mapping[Path, Sequence[DraftRun]]) -> dict[Path, list[Dra
     count = Counter(run.name for runs in drafts.values() for run in runs)
     found: dict[Path, list[DraftRun]] = {}
     for file, runs in drafts.items():
-        folders = tail_of(file, drafts)[:-1]
+        folders = _tail(file, drafts)[:-1]
         ends = [file.suffix[1:]] if not folders and file.suffix else []
         found[file] = [
             replace(run, name='_'.join([*folders, run.name, *ends])) if count[run.name] > 1 else run for run in runs
@@ -52,8 +52,8 @@ def told_apart(drafts: Mapping[Path, Sequence[DraftRun]]) -> dict[Path, list[Dra
 
 
 def _run(file: str, run: DraftRun) -> Iterator[str]:
-    yield f'- file: {_quoted(glob.escape(file))}'
-    yield f'  name: {_quoted(run.name.replace("{", "{{").replace("}", "}}"))}'
+    yield f'- file: {quoted(glob.escape(file))}'
+    yield f'  name: {quoted(run.name.replace("{", "{{").replace("}", "}}"))}'
     yield f'  table: {_flow(_layout(run.layout))}'
     if isinstance(run.time, float):
         yield f'  dt_s: {run.time!r}  # as is written above the table'
@@ -119,15 +119,11 @@ def _column(column: DraftColumn) -> dict[str, object]:
 
 
 def _flow(value: object) -> str:
-    """YAML on one line; every text in double quotes, as JSON has them."""
+    """YAML on one line; every text that is no plain word in double quotes."""
     if isinstance(value, Mapping):
         return '{' + ', '.join(f'{key}: {_flow(each)}' for key, each in value.items()) + '}'
     if isinstance(value, list):
         return '[' + ', '.join(map(_flow, value)) + ']'
     if isinstance(value, str) and value.isidentifier() and value.isascii() and yaml.safe_load(value) == value:
         return value  # no `on`, which is true
-    return json.dumps(value, ensure_ascii=False)
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
+    return quoted(value) if isinstance(value, str) else json.dumps(value)
