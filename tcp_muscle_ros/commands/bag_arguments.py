@@ -55,6 +55,12 @@ def add_bag_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--namespace', metavar='NS', help="where the muscle's topics are, if several namespaces have some"
     )
+    add_channel_argument(parser)
+    add_unit_argument(parser)
+
+
+def add_channel_argument(parser: argparse.ArgumentParser) -> None:
+    """Add --channel."""
     parser.add_argument(
         '--channel',
         action='append',
@@ -63,7 +69,6 @@ def add_bag_arguments(parser: argparse.ArgumentParser) -> None:
         help='take a channel (temperature, resistance, current ...) from any numeric field of any topic, e.g. '
         'displacement=/laser/range.range (repeatable)',
     )
-    add_unit_argument(parser)
 
 
 def add_unit_argument(parser: argparse.ArgumentParser) -> None:

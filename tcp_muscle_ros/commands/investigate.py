@@ -9,16 +9,22 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from tcp_muscle_ros.commands.bag_arguments import (
+    add_channel_argument,
+    add_unit_argument,
+    other_topics,
+    read_bags,
+    reading_options,
+    stated_units,
+)
 from tcp_muscle_ros.commands.exit_codes import INTERRUPTED
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
-from tcp_muscle_ros.commands.run import add_rig_arguments, allowed_by, driver_allows, play, rig_limits
+from tcp_muscle_ros.commands.plants import Live, Simulated, in_own_process
+from tcp_muscle_ros.commands.run import add_rig_arguments, allowed_by, driver_allows, rig_limits
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import add_force_argument
 
@@ -27,12 +33,13 @@ if TYPE_CHECKING:
     from tcp_muscle_ros.control.playing import Allowed
     from tcp_muscle_ros.muscle import Parameters
     from tcp_muscle_ros.recording.protocol import Protocol
+    from tcp_muscle_ros.recording.recording import Recording
     from tcp_muscle_ros.settings.rig import RigLimits
 
 _LEAST_IMPROVED = 1e-12
 _SETTINGS = 'settings.json'
 _FILES = ('params', 'first', 'simulated', 'rig')
-_FIXED = (*_FILES, 'namespace')  # what no resumed investigation may change, and
+_FIXED = (*_FILES, 'namespace', 'channel', 'unit')  # what no resumed investigation may change, and
 _SPENT = ('minutes', 'runs', 'cycles', 'yes')  # what it may
 
 
@@ -56,6 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--cycles', type=int, default=1000, metavar='N', help='most heating cycles (default: 1000)')
     parser.add_argument('--simulated', metavar='MUSCLE.yaml', help='use a simulated muscle, to try the command out')
     add_rig_arguments(parser)
+    add_channel_argument(parser)
+    add_unit_argument(parser)
     usual = {name: parser.get_default(name) for name in (*_FIXED, *_SPENT)}
     parser.set_defaults(usual=usual, **dict.fromkeys(usual))  # None: it was not given
 
@@ -84,6 +93,9 @@ def admit(args: argparse.Namespace) -> Admitted:
         ours = args.force and (folder / _SETTINGS).is_file() and (folder / 'log.jsonl').is_file()
         if not ours:
             writable_folder(folder, force=args.force)
+    stated_units(args)
+    if other_topics(args) and args.simulated:
+        raise BadInput(f'--channel {args.channel[0]}: a simulated muscle has no topic beside its own')
     if args.simulated:
         read(args.simulated)
     return Admitted(args, folder, _investigation(args, folder, read(args.params).parameters, rig_limits(args.rig)))
@@ -147,9 +159,13 @@ def _complete(args: argparse.Namespace, begun: Mapping[str, object] | None = Non
     stored = {**args.usual, **before}
     for name in _FIXED if begun is not None else ():
         if name in given and not _same(given[name], stored[name]):
-            was = f"'{stored[name]}'" if stored[name] else 'none'
-            raise BadInput(f"--resume: --{name} '{given[name]}' is not that which it was begun with ({was})")
+            was = f"'{_typed(stored[name])}'" if stored[name] else 'none'
+            raise BadInput(f"--resume: --{name} '{_typed(given[name])}' is not that which it was begun with ({was})")
     return argparse.Namespace(**{**vars(args), **stored, **given})
+
+
+def _typed(value: object) -> str:
+    return ' '.join(value) if isinstance(value, list) else str(value)
 
 
 def _same(one: object, other: object) -> bool:
@@ -178,8 +194,8 @@ def _investigation(
         rounds, kept = of_rig if allowed == by_rig else _protocols(args, model, limits, allowed)
         return Investigation(
             folder,
-            _Simulated(args.simulated) if args.simulated else _Live(args, model, limits),
-            lambda bags, report: _diagnosed(bags, report, args.params, args.rig),
+            Simulated(args.simulated, folder) if args.simulated else Live(args, model, limits, _say),
+            lambda bags, report: _diagnosed(bags, report, args),
             rounds,
             kept,
             lambda protocol: allowed_of(protocol, model, allowed),
@@ -222,66 +238,22 @@ def _short(protocols: Sequence[Protocol], longest: float) -> list[Protocol]:
     return [protocol for protocol in protocols if protocol.duration <= longest]
 
 
-@dataclass(frozen=True)
-class _Live:
-    """The muscle that answers on the topics."""
-
-    args: argparse.Namespace
-    model: Parameters
-    limits: RigLimits | None
-
-    def record(self, protocol: Path, bag: Path) -> Sequence[Path]:
-        """As ``tcp_muscle run`` does."""
-        from tcp_muscle_ros.recording.protocol import read_protocol
-
-        played = play(
-            read_protocol(protocol),
-            self.model,
-            bag,
-            limits=self.limits,
-            namespace=self.args.namespace,
-            ask=None if self.args.yes else input,
-            known={'protocol': protocol.name},
-            say=_say,
-        )
-        if played.interrupted:
-            raise KeyboardInterrupt
-        return played.bags
-
-
-@dataclass(frozen=True)
-class _Simulated:
-    """A muscle of which only its parameter file knows what it is."""
-
-    params: str
-
-    def record(self, protocol: Path, bag: Path) -> Sequence[Path]:
-        """As ``tcp_muscle simulate`` does; each run with noise of its own."""
-        seed = sum(protocol.stem.encode())
-        _tool('simulate', str(protocol), '--params', self.params, '--output', str(bag), '--seed', str(seed))
-        return (bag,)
-
-
-def _diagnosed(bags: Sequence[Path], report: Path, params: str, rig: str | None) -> Mapping[str, Any]:
+def _diagnosed(bags: Sequence[Path], report: Path, args: argparse.Namespace) -> Mapping[str, Any]:
     """``tcp_muscle diagnose`` in a process of its own: its memory is free again afterwards.
 
     That of an investigation that was killed goes on, and may leave the same report there meanwhile.
     """
-    known = ('--rig', rig) if rig else ()
-    _tool('diagnose', *map(str, bags), '--params', params, *known, '--force', '--output', str(report))
+    known = ('--rig', args.rig) if args.rig else ()
+    how = (*known, *reading_options(_as_recorded_by(args)))
+    in_own_process('diagnose', *map(str, bags), '--params', args.params, *how, '--force', '--output', str(report))
     content: Mapping[str, Any] = json.loads((report / 'report.json').read_text(encoding='utf-8'))
     return content
 
 
-def _tool(*arguments: str) -> None:
-    done = subprocess.run(
-        [sys.executable, '-m', 'tcp_muscle_ros.tool', *arguments], capture_output=True, text=True, check=False
-    )
-    if done.returncode in (INTERRUPTED, -2):
-        raise KeyboardInterrupt
-    if done.returncode:
-        said = (done.stderr or done.stdout).strip().splitlines()
-        raise BadInput(f'{arguments[0]} failed: {said[-1] if said else f"exit code {done.returncode}"}')
+def _as_recorded_by(args: argparse.Namespace) -> argparse.Namespace:
+    """How its bags are read: those of a simulated muscle have no namespace."""
+    namespace = None if args.simulated else args.namespace or None
+    return argparse.Namespace(namespace=namespace, channel=args.channel, unit=args.unit)
 
 
 def _conclude(args: argparse.Namespace, investigation: Investigation, folder: Path) -> None:
@@ -297,8 +269,9 @@ def _conclude(args: argparse.Namespace, investigation: Investigation, folder: Pa
         elif source.is_file():
             shutil.copyfile(source, place)
     improved, rig = folder / 'improved.yaml', folder / 'report' / 'rig.yaml'
-    before = _errors(investigation.kept_back, args.params, args.rig)
-    after = _errors(investigation.kept_back, str(improved), rig) if improved.is_file() else before
+    kept = read_bags(_as_recorded_by(args), *map(str, investigation.kept_back))
+    before = _errors(kept, args.params, args.rig)
+    after = _errors(kept, str(improved), rig) if improved.is_file() else before
     summary = {
         'why': investigation.log.of('end')[-1]['why'],
         'headline': investigation.log.of('diagnosis')[-1]['headline'],
@@ -313,18 +286,16 @@ def _conclude(args: argparse.Namespace, investigation: Investigation, folder: Pa
         _say(f'kept-back run, {name}: {share:.3f} times the error of the model that it began with')
 
 
-def _errors(bags: Sequence[Path], params: str, rig: str | Path | None) -> dict[str, float]:
-    """Root mean square error of each channel over bags, SI, as ``tcp_muscle replay`` has it."""
+def _errors(recordings: Sequence[Recording], params: str, rig: str | Path | None) -> dict[str, float]:
+    """Root mean square error of each channel over recordings, SI, as ``tcp_muscle replay`` has it."""
     from tcp_muscle_ros.diagnosis.answer.replaying import ReplayedErrors
     from tcp_muscle_ros.diagnosis.observation.observe import conditions
-    from tcp_muscle_ros.recording.bag import read_bag
     from tcp_muscle_ros.settings.ages import as_recorded
     from tcp_muscle_ros.settings.parameter_file import read
     from tcp_muscle_ros.settings.rig import read_rig
 
     file, known, errors = read(params), read_rig(rig) if rig else None, ReplayedErrors()
-    for bag in bags:
-        recording = read_bag(bag)
+    for recording in recordings:
         muscle = as_recorded(file.parameters, params, known, recording)
         errors.add_as_read(recording, file.parameters, conditions(file), muscle)
     return errors.rmse()

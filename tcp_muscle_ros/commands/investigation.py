@@ -15,6 +15,7 @@ from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from tcp_muscle_ros.commands.run import Overheated
 from tcp_muscle_ros.commands.run_log import path_of
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import set_aside
@@ -52,22 +53,26 @@ def allowed_of(protocol: Played, model: Parameters, allowed: Allowed) -> Played:
     """The protocol with as much of its current as is allowed. BadInput where less than a third would be."""
     from tcp_muscle_ros.control.playing import refuse_beyond
 
-    share = 1.0
+    tried = 0
     while True:
-        gentler = replace(
-            protocol,
-            segments=tuple(
-                replace(one, value=Ramp(share * one.value.start, share * one.value.end)) for one in protocol.segments
-            ),
-        )
+        weaker = gentler(protocol, tried)
         try:
-            refuse_beyond(gentler, model, allowed)
+            refuse_beyond(weaker, model, allowed)
         except BadInput:
-            share *= _GENTLER
-            if share < _GENTLEST:
+            tried += 1
+            if _GENTLER**tried < _GENTLEST:
                 raise
         else:
-            return gentler
+            return weaker
+
+
+def gentler(protocol: Played, times: int) -> Played:
+    """The protocol with nine tenths of its current, so many times."""
+    share = _GENTLER**times
+    segments = tuple(
+        replace(one, value=Ramp(share * one.value.start, share * one.value.end)) for one in protocol.segments
+    )
+    return replace(protocol, segments=segments)
 
 
 def cycles_of(protocol: Played) -> int:
@@ -103,6 +108,16 @@ def decided(report: Mapping[str, Any]) -> str:
     if report['unexplained'] is None and single:
         return 'every finding is singled out, and nothing is left unexplained'
     return '' if report['next_experiment'] is not None else 'no experiment is known that would decide more'
+
+
+def _answer(step: Mapping[str, Any]) -> dict[str, Any]:
+    """What a diagnosis says, as far as another may say the same: what is named, whether the model holds, and whether
+    something is left unexplained."""
+    return {
+        'named': step['named'],
+        'verdict': _MATCHES[0] if step.get('verdict') in _MATCHES else step.get('verdict'),
+        'unexplained': step.get('unexplained', False),
+    }
 
 
 class Log:
@@ -186,7 +201,7 @@ class Investigation:
                 self._ask_again(reports[-1], reports[-1]['decided'])
             else:
                 self._propose(len(runs) + 1, reports[-1])
-        if not self.log.of('kept_back'):
+        while not self.log.of('kept_back'):
             self._record('kept_back', 'kept_back', self._kept_back)
 
     def _unrecorded(self) -> Played | None:
@@ -207,13 +222,16 @@ class Investigation:
         makes the last diagnosis an answer."""
         asked = self.log.of('ask_again')
         further = self._rounds[len(asked) + 1 :]
-        if asked and asked[-1]['named'] == last['named']:
-            self._end(f'{why}, and {last["runs"] - asked[-1]["runs"]} further runs say the same')
+        runs = last['runs'] - asked[-1]['runs'] if asked else 0
+        if asked and not runs:
+            self._end(why, of_budget=True)  # the budget is smaller than when it was asked again
+        elif asked and _answer(asked[-1]) == _answer(last):
+            self._end(f'{why}, and {runs} further runs say the same')
         elif not further or self._beyond(further[0][0]):
             self._end(why, of_budget=bool(further))
         else:
             self._say('that is an answer: does it stand in further runs?')
-            self.log.add('ask_again', named=last['named'], runs=last['runs'])
+            self.log.add('ask_again', runs=last['runs'], **_answer(last))
 
     def _propose(self, number: int, last: Mapping[str, Any]) -> None:
         """The experiment that the last diagnosis proposes, or the end."""
@@ -240,24 +258,36 @@ class Investigation:
         """Which budget a protocol would pass, beside the run that is to be kept back; '' where none."""
         runs, budget = self.log.of('run'), self._budget
         planned = (protocol, self._kept_back)
-        seconds = sum(one['duration_s'] for one in runs) + sum(one.duration for one in planned)
+        played = [*runs, *self.log.of('overheated')]
+        seconds = sum(one['duration_s'] for one in played) + sum(one.duration for one in planned)
         if seconds > budget.duration:
             return f'the budget of {budget.duration / 60:.0f} min is spent'
         if len(runs) + len(planned) > budget.runs:
             return f'the budget of {budget.runs} runs is spent'
-        if sum(one['cycles'] for one in runs) + sum(cycles_of(one) for one in planned) > budget.cycles:
+        if sum(one['cycles'] for one in played) + sum(cycles_of(one) for one in planned) > budget.cycles:
             return f'the budget of {budget.cycles} cycles is spent'
         return ''
 
     def _record(self, step: str, name: str, protocol: Played) -> None:
+        """Record a run; one that overheats counts as played, and is played again with less current the next time."""
+        stops = sum(one['name'] == name for one in self.log.of('overheated'))
+        protocol = gentler(protocol, stops)
         path, bag = self._folder / 'protocols' / f'{name}.yaml', self._folder / 'runs' / name
         path.write_text(render(protocol), encoding='utf-8')
         set_aside(path_of(bag), 'stopped')
         set_aside(bag, 'stopped')  # what is left of a run that was not finished
         self._say(f'{name}: {protocol.duration:.0f} s')
-        bags = self._plant.record(path, bag)
+        spent = {'duration_s': protocol.duration, 'cycles': cycles_of(protocol)}
+        try:
+            bags = self._plant.record(path, bag)
+        except Overheated as stop:
+            self.log.add('overheated', name=name, **spent)
+            if _GENTLER ** (stops + 1) < _GENTLEST:
+                raise
+            self._say(f'{name}: {stop}; again with {100 * _GENTLER:.0f} % of that current')
+            return
         kept = [str(one.relative_to(self._folder)) for one in bags]
-        self.log.add(step, name=name, bags=kept, duration_s=protocol.duration, cycles=cycles_of(protocol))
+        self.log.add(step, name=name, bags=kept, **spent)
 
     def _report(self, number: int) -> None:
         report = self._folder / 'reports' / f'report_{number}'
@@ -274,6 +304,7 @@ class Investigation:
             headline=content['headline'],
             protocol=proposed.get('protocol'),
             named=sorted(finding['effect'] for finding in content['findings']),
+            unexplained=content['unexplained'] is not None,
             decided=decided(content),
         )
 

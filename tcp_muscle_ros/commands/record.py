@@ -26,7 +26,8 @@ def add_topic_argument(parser: argparse.ArgumentParser) -> None:
         action='append',
         default=[],
         metavar='TOPIC',
-        help="one more topic, of any type, relative to the muscle's namespace or absolute; may be repeated",
+        help="one more topic, of a message type that comes with ROS 2, relative to the muscle's namespace or absolute; "
+        'may be repeated',
     )
 
 

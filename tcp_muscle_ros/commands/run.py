@@ -49,6 +49,10 @@ def add_rig_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--yes', action='store_true', help='the rig changes the loads: do not ask a person')
 
 
+class Overheated(BadInput):
+    """A run that ended because the muscle was as hot as it may be: one with less current may be played."""
+
+
 class Admitted(NamedTuple):
     """What a run needs, once all of it is known to be good."""
 
@@ -186,7 +190,8 @@ def _play_part(runner: Runner, part: Part, log: RunLog, known: dict[str, object]
     played = runner.play(part, log.begin(part.number), known)
     log.write(part.number, played)
     if played.stopped and not runner.asked:
-        raise BadInput(f'stopped, 0 A: {played.stopped}; {log.bag(part.number)} is complete up to then')
+        kind = Overheated if played.overheated else BadInput
+        raise kind(f'stopped, 0 A: {played.stopped}; {log.bag(part.number)} is complete up to then')
     return runner.asked
 
 

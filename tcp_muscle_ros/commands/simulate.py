@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from tcp_muscle_ros.commands.model_arguments import add_parameter_argument
@@ -29,6 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('protocol', metavar='PROTOCOL.yaml', help='the protocol to simulate')
     add_parameter_argument(parser)
     parser.add_argument('--output', required=True, metavar='BAG', help='a new bag (rosbag2, MCAP)')
+    parser.add_argument(
+        '--rig',
+        metavar='RIG.yaml',
+        help='record what these instruments show (default: the rig_file of --params, if any)',
+    )
     add_force_argument(parser)
     parser.add_argument(
         '--seed', type=int, metavar='N', help="seed of the sensors' noise (default: that of --params, else 0)"
@@ -51,12 +57,15 @@ def admit(args: argparse.Namespace) -> Admitted:
     from tcp_muscle_ros.files.outputs import refuse_among, writable_folder
     from tcp_muscle_ros.recording.protocol import END_OPTIONS, read_protocol
     from tcp_muscle_ros.settings.parameter_file import read
+    from tcp_muscle_ros.settings.rig import on_rig, read_rig
 
-    refuse_among(args.output, [args.protocol, args.params])
+    refuse_among(args.output, [args.protocol, args.params, *([args.rig] if args.rig else [])])
     output = writable_folder(args.output, force=args.force)
     if args.seed is not None and args.seed < 0:
         raise BadInput(f'--seed {args.seed}: expected a whole number of 0 or more')
     file = read(args.params)
+    if rig := args.rig or file.text('rig_file'):
+        file = replace(file, parameters=on_rig(file.parameters, read_rig(rig)))
     protocol = read_protocol(args.protocol)
     refuse_what_no_node_takes(args.protocol, protocol)
     # The protocol says how the end is held; what it leaves open, the parameter file may say.

@@ -6,6 +6,7 @@ Pure: time is passed in (s of a steady clock). Everything that talks to a muscle
 from collections import deque
 from dataclasses import dataclass
 from itertools import pairwise
+from math import isfinite
 from typing import NoReturn
 
 import numpy as np
@@ -190,6 +191,7 @@ class Supervisor:
     def __init__(self, hottest: float) -> None:
         self.hottest = hottest
         self.problem = ''  # why the run must end; the first one stays
+        self.overheated = False  # whether that is the temperature
         self._last: dict[str, float] = {}
         self._longest_gap: dict[str, float] = {}
         self._watched: frozenset[str] = frozenset()
@@ -208,6 +210,7 @@ class Supervisor:
     def temperature(self, value: float) -> None:
         """A measured temperature, K."""
         if not value < self.hottest:  # also NaN
+            self.overheated = self.overheated or (not self.problem and isfinite(value))
             self.end(f'the temperature is {celsius(value)}, the limit {celsius(self.hottest)}')
 
     def end(self, why: str) -> None:

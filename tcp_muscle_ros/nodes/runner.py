@@ -70,10 +70,12 @@ class Answer:
 
 @dataclass(frozen=True)
 class Played:
-    """How a part went. ``stopped``: why it ended early, '' where it did not. ``lateness`` s, of each command."""
+    """How a part went. ``stopped``: why it ended early, '' where it did not. ``lateness`` s, of each command.
+    ``overheated``: whether the temperature was why."""
 
     stopped: str
     lateness: tuple[float, ...]
+    overheated: bool = False
 
 
 class Runner:
@@ -314,7 +316,8 @@ class Runner:
             finally:
                 self._zero()
             self._tail()
-        return Played('interrupted' if self.asked else supervisor.problem, tuple(lateness))
+        stopped = 'interrupted' if self.asked else supervisor.problem
+        return Played(stopped, tuple(lateness), supervisor.overheated and not self.asked)
 
     def _over(self) -> bool:
         if why := self._time.lost:

@@ -17,6 +17,7 @@ from tcp_muscle_ros.commands.investigation import (
     decided,
     render,
 )
+from tcp_muscle_ros.commands.run import Overheated
 from tcp_muscle_ros.control.playing import Allowed, refuse_beyond
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
@@ -35,10 +36,11 @@ class Killed(BaseException):
 
 class Rig:
     """What records and diagnoses, and is killed before or after the step ``dies``. The third report decides; what is
-    named then, each report says after the count of its bags in ``says``. It proposes something new each time, or
-    ``always`` the same."""
+    named then, each report says after the count of its bags in ``says``; after those in ``lacks`` something is left
+    unexplained. It proposes something new each time, or ``always`` the same. The first ``hot`` runs overheat."""
 
-    def __init__(self, dies=None, decides=3, says=None, always=False):
+    def __init__(self, dies=None, decides=3, says=None, always=False, lacks=(), hot=0):
+        self.lacks, self.hot = lacks, hot
         self.dies, self.decides, self.says, self.always, self.steps = dies, decides, says or {}, always, 0
 
     def _step(self, work):
@@ -51,6 +53,10 @@ class Rig:
 
     def record(self, protocol, bag):
         assert read_protocol(protocol).duration > 0.0
+        if self.hot:
+            self.hot -= 1
+            bag.mkdir()
+            raise Overheated('stopped, 0 A: the temperature is 61 degC, the limit 60 degC')
         self._step(bag.mkdir)
         return (bag,)
 
@@ -64,7 +70,7 @@ class Rig:
         return {
             'verdict': 'missing_physics',
             'headline': f'after {len(bags)}',
-            'unexplained': None,
+            'unexplained': {} if len(bags) in self.lacks else None,
             'findings': [{'effect': self.says.get(len(bags), 'creep'), 'singled_out': over}],
             'next_experiment': None if over else {'protocol': 'next.yaml'},
         }
@@ -116,6 +122,39 @@ def test_an_answer_that_changes_is_asked_for_once_more_as_far_as_rounds_and_budg
     short = Rig(decides=1).investigation(tmp_path / 'short', poor, rounds=TWICE)
     short.run()
     assert [step['step'] for step in short.log.steps] == ['run', 'diagnosis', 'end', 'kept_back']
+
+
+@pytest.mark.parametrize(('lacks', 'same'), [((), True), ((1, 3, 4), True), ((1,), False), ((3,), False)])
+def test_further_runs_say_the_same_only_if_as_much_is_explained(tmp_path, lacks, same):
+    made = Rig(decides=1, lacks=lacks).investigation(tmp_path, rounds=TWICE)
+    made.run()
+    assert ('and 2 further runs say the same' in made.log.of('end')[0]['why']) == same
+    assert (len(made.log.of('ask_again')) == 1) == same
+
+
+def test_a_budget_that_became_smaller_ends_no_answer_for_good(tmp_path):
+    try:
+        Rig(dies=5, decides=1).investigation(tmp_path, rounds=TWICE).run()
+    except Killed:
+        assert Log(tmp_path).steps[-1]['step'] == 'ask_again'
+    Rig(decides=1).investigation(tmp_path, Budget(FIRST.duration + KEPT.duration, 100, 1000), rounds=TWICE).run()
+    assert 'further runs' not in Log(tmp_path).of('end')[0]['why']
+    Rig(decides=1).investigation(tmp_path, rounds=TWICE).run()
+    assert Log(tmp_path).of('end')[-1]['why'].endswith('and 2 further runs say the same')
+
+
+def test_what_overheats_counts_as_played_and_is_played_again_with_less_current(tmp_path):
+    made = Rig(decides=2, hot=2).investigation(tmp_path / 'two')
+    made.run()
+    assert [step['step'] for step in made.log.steps[:3]] == ['overheated', 'overheated', 'run']
+    played = read_protocol(tmp_path / 'two' / 'protocols' / 'run_1.yaml').sampled().drive
+    assert played.max() == pytest.approx(0.81 * FIRST.sampled().drive.max())
+    assert len(list((tmp_path / 'two' / 'runs').glob('run_1*'))) == 3, 'what was recorded of it is kept'
+    budget = Budget(2.5 * FIRST.duration + KEPT.duration, 100, 1000)
+    with pytest.raises(BadInput, match='before anything is recorded'):
+        Rig(hot=2).investigation(tmp_path / 'poor', budget).run()
+    with pytest.raises(Overheated, match='the temperature is 61 degC'):
+        Rig(hot=99).investigation(tmp_path / 'ever').run()
 
 
 def test_an_experiment_that_decides_nothing_is_played_twice_and_then_something_else_is_asked(tmp_path):

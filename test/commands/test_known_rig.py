@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from tcp_muscle_ros.diagnosis.answer.protocols import plans, reach, varied
-from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters, simulate
 from tcp_muscle_ros.recording.protocol import read_protocol
 from tcp_muscle_ros.settings.parameter_file import read, write
 from tcp_muscle_ros.settings.rig import RigLimits, read_rig
@@ -110,6 +110,20 @@ def test_no_experiment_goes_beyond_the_rig():
     assert not [plan.name for plan in plans(hung) if 'loads' in plan.name or plan.name == 'load steps']
     cool = plans(reach(MUSCLE, 0.588, room, RigLimits(highest_temperature=ZERO_CELSIUS + 40.0)))
     assert max(s.current for plan in cool for s in plan.steps) < 0.2
+
+
+@pytest.mark.parametrize('limit', [40.0, 60.0, 80.0])
+def test_what_is_proposed_stays_below_the_temperature_at_which_a_run_ends_by_more_than_noise(limit):
+    room = ZERO_CELSIUS + 23.0
+    rig = reach(MUSCLE, 0.588, room, RigLimits(highest_temperature=ZERO_CELSIUS + limit, loads=(0.3, 0.6)))
+    for plan in plans(rig):
+        steps = plan.steps * plan.repeat
+        ends = np.cumsum([step.duration for step in steps])
+        time = np.arange(0.0, ends[-1], 0.1)
+        at = np.searchsorted(ends, time + 1e-9, side='right').clip(max=len(steps) - 1)
+        current, load = (np.array([getattr(step, name) for step in steps])[at] for name in ('current', 'load'))
+        shown = simulate(MUSCLE, time, current, load=load, ambient=np.full(time.size, room))
+        assert shown.temperature.max() < ZERO_CELSIUS + limit - 1.5, plan.name
 
 
 def test_of_a_rig_of_which_nothing_is_said_no_more_current_is_asked_than_its_driver_allows():

@@ -94,6 +94,24 @@ def test_the_seed_is_that_of_the_option_before_that_of_the_file(run, tmp_path):
     )
 
 
+def test_the_instruments_of_a_rig_are_shown_whether_it_is_named_or_in_the_file(run, tmp_path):
+    """As sim_node does: ``improved.yaml`` alone has ideal sensors."""
+    segments = '[{duration_s: 5, value: 0.25}, {duration_s: 10, value: 0}]'
+    (tmp_path / 'rig.yaml').write_text('instruments: {temperature: {lag_s: 2.0}, displacement: {offset_m: 1.0e-3}}\n')
+    shown = []
+    named = f'/**:\n  ros__parameters:\n    rig_file: {tmp_path / "rig.yaml"}\n'
+    for options, muscle in (((), ''), (('--rig', tmp_path / 'rig.yaml'), ''), ((), named)):
+        assert run(segments, '--force', *options, muscle=muscle)[0] == 0
+        shown.append(read_bag(tmp_path / 'bag'))
+    ideal, by_option, by_file = shown
+    for name in ('temperature', 'displacement'):
+        np.testing.assert_array_equal(by_option[name].value, by_file[name].value)
+    np.testing.assert_allclose(by_option['displacement'].value - ideal['displacement'].value, 1e-3, atol=1e-9)
+    assert ideal['temperature'].value.max() - by_option['temperature'].value.max() > 2.0
+    code, said = run(segments, '--force', '--rig', tmp_path / 'no_rig.yaml')
+    assert code == 2 and 'no_rig.yaml' in said
+
+
 @pytest.mark.parametrize(
     ('segment', 'told'),
     [

@@ -157,3 +157,11 @@ def test_heat_ends_the_run_for_good(value):
     watch.temperature(value)
     watch.temperature(300.0)
     assert 'the limit' in watch.look(0.0)
+    assert watch.overheated == np.isfinite(value), 'less current cools no thermometer that is broken'
+
+
+def test_what_gets_hot_after_the_run_has_ended_is_not_why_it_did():
+    watch = Supervisor(400.0)
+    watch.end('disabled')
+    watch.temperature(500.0)
+    assert watch.look(0.0) == 'disabled' and not watch.overheated

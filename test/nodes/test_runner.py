@@ -110,6 +110,17 @@ def test_a_sensor_on_a_topic_of_its_own_is_recorded_too_and_nothing_is_played_wh
     said = ended(bench, played(bench, tmp_path, '--yes', '--topic', '/laser/heigth', name='without'), 2)
     assert 'nothing came on /laser/heigth within 10 s' in said and 'did you mean /laser/height?' in said
     assert set(read_bag(tmp_path / 'without')['current'].value) == {0.0}
+    asked = [
+        '--channel',
+        'displacement=/laser/heigth',
+        '--namespace',
+        'played',
+        '--yes',
+        '--output',
+        tmp_path / 'found',
+    ]
+    said = ended(bench, bench.run(['-m', 'tcp_muscle_ros.tool', 'investigate', *map(str, asked)], 'investigate'), 2)
+    assert 'nothing came on /laser/heigth within 10 s' in said
     bench.node.destroy_timer(timer)
     bench.node.destroy_publisher(laser)
 

@@ -11,6 +11,7 @@ from tcp_muscle_ros.settings.rig import RigLimits
 
 _BEFORE_IT_IS_OVER = 'a delay against a lag: the next edge comes before either is over'
 _HOTTEST = ZERO_CELSIUS + 90.0  # K, which an experiment heats a muscle to
+_MARGIN = 2.0  # K below a rig's limit: one reading at the limit ends a run, and no model is exact
 _HALF_THE_TIME = 1.25  # times the current for that
 _LONGEST = 900.0  # s, where no rig says anything else
 _SHORTEST = 0.1  # s, of a step
@@ -56,7 +57,7 @@ def reach(
         loads = (0.5 * base, base, 2.0 * base)
         return Reach(full, min(_HALF_THE_TIME * full, most), _HOTTEST, loads, base, _LONGEST, by_person=True)
     hung = tuple(sorted(limits.loads or (load,)))
-    hottest, largest = min(_HOTTEST, limits.highest_temperature), limits.largest_current
+    hottest, largest = min(_HOTTEST, limits.highest_temperature - _MARGIN), limits.largest_current
     full = min(steady_current(muscle, hottest, ambient), largest)
     base = min(hung, key=lambda one: abs(one - load))
     return Reach(full, min(_HALF_THE_TIME * full, largest), hottest, hung, base, limits.longest_run, limits.by_person)

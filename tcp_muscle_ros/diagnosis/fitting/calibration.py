@@ -24,7 +24,6 @@ from tcp_muscle_ros.diagnosis.noise.noise import Noise, estimate, quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
-from tcp_muscle_ros.muscle.effects.effect import SWING
 
 _FACTORS = (0.125, 0.35, 1.0, 2.8, 8.0)
 # Evaluations at most. Three channels need some twenty; where the stroke alone is recorded, heat exchange, capacity and
@@ -189,9 +188,7 @@ def ages(experiments: Sequence[Experiment], outputs: Sequence[Outputs]) -> list[
     of all but the last."""
     found = [Before()]
     for experiment, shown in zip(experiments, outputs, strict=False):
-        state, last = getattr(shown, experiment.model.state), found[-1]
-        cycles = last.cycles + float(np.sum(np.abs(np.diff(state)))) / (2.0 * SWING)
-        found.append(Before(cycles, last.used + experiment.duration, max(last.hottest, float(state.max()))))
+        found.append(found[-1].then(getattr(shown, experiment.model.state), experiment.duration))
     return found[: len(experiments)]
 
 

@@ -15,6 +15,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Earlier, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.muscle.arrays import Array, Mask
+from tcp_muscle_ros.muscle.effects.effect import SWING
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,11 @@ class Before:
     cycles: float = 0.0
     used: float = 0.0
     hottest: float = 0.0
+
+    def then(self, state: Array, duration: float) -> 'Before':
+        """After one more recording of so many seconds, in which the state that ages it (K) took this course."""
+        cycles = self.cycles + float(np.sum(np.abs(np.diff(state)))) / (2.0 * SWING)
+        return Before(cycles, self.used + duration, max(self.hottest, float(state.max())))
 
     def counted(self, parameter: float, unit: str) -> float:
         """A parameter that counts what was before the first recording, as it is now, by its unit."""
