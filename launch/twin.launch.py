@@ -15,7 +15,7 @@ ARGUMENTS = [
     ('model_file', '', 'parameter file of the muscle that twin and controller assume; empty: that of the paper'),
     ('rig_file', '', 'rig.yaml: what the instruments do'),
     ('auto_diagnose', 'false', 'whether an alarm starts a diagnosis'),
-    ('auto_adopt', 'false', 'with auto_diagnose: whether a model that predicts better is adopted, by the controller too'),
+    ('auto_adopt', 'false', 'with auto_diagnose: a model that predicts better is adopted, by the controller too'),
 ]
 READS = {'params_file': ('sim_node',), 'model_file': ('controller_node', 'twin_node')}
 

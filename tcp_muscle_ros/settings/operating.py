@@ -79,7 +79,9 @@ _ROWS = (
     Operating(
         'max_temperature_c', 115.0, 'degC', 'at it the current is off until the fault is cleared', ALL, -40.0, 250.0
     ),
-    Operating('command_timeout_s', 0.5, 's', 'older commands count as 0 A; 0 = never (no driver takes that)', (SIM, DRIVER), 0.0, 3600.0),
+    Operating(
+        'command_timeout_s', 0.5, 's', 'older commands count as 0 A; 0 = never (sim)', (SIM, DRIVER), 0.0, 3600.0
+    ),
     Operating(
         'real_time_factor',
         1.0,
@@ -280,7 +282,7 @@ _TWIN_ROWS = (
     ),
     Operating('rig_file', '', '', "rig.yaml: what the rig's instruments do", (TWIN_NODE,), read_only=True),
     Operating('auto_diagnose', False, '', 'whether an alarm starts a diagnosis, at low priority', (TWIN_NODE,)),
-    Operating('auto_adopt', False, '', 'with auto_diagnose: whether a model that predicts better replaces the present', (TWIN_NODE,)),
+    Operating('auto_adopt', False, '', 'with auto_diagnose: a model that predicts better is adopted', (TWIN_NODE,)),
     Operating('report_folder', 'twin_reports', '', 'where alarms leave bags and reports', (TWIN_NODE,), read_only=True),
     Operating('keep_s', 600.0, 's', 'how much is kept in memory', (TWIN_NODE,), 10.0, 3600.0, read_only=True),
     Operating(
