@@ -2,6 +2,7 @@
 
 import json
 import re
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -412,6 +413,16 @@ def test_the_unit_of_a_time_is_taken_from_its_steps_and_said(tmp_path, first, st
     (run,) = lab_text(tmp_path, 'Time,T (degC)', rows=rows)
     assert run.time.unit == unit
     assert [note for note in run.notes if 'Time' in note] == ([told] if told else [])
+
+
+@pytest.mark.parametrize(('written', 'order'), [('%d/%m/%Y', 'dmy'), ('%m/%d/%Y', 'mdy'), ('%d-%m-%y', 'dmy')])
+@pytest.mark.parametrize('heads', ['Date Time', 'Date,Time'])
+def test_a_run_that_passes_midnight_goes_on_by_a_day_and_by_no_month(tmp_path, written, order, heads):
+    began = datetime(2024, 5, 3, 23, 58)
+    stamps = [f'{began + timedelta(seconds=k):{written}{heads[4]}%H:%M:%S}' for k in range(300)]
+    rows = [f'{stamp},{23 + k / 10:.1f}' for k, stamp in enumerate(stamps)]
+    (run,) = lab_text(tmp_path, f'{heads},T (degC)', rows=rows)
+    assert run.time.order == order
 
 
 def test_minutes_and_seconds_pass_the_hour_and_two_bytes_begin_anew(tmp_path):

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,10 +32,11 @@ class Kind:
 def kind_of(cells: Sequence[str], unit: str | None, decimal: str) -> Kind | None:
     """How a column of times is written; None where it is no time."""
     some = [cell for cell in cells if cell]
-    some = some[:: max(len(some) // _MOST, 1)]
     if not some:
         return None
-    order = order_of(some)
+    last = some[-1]
+    some = some[:: max(len(some) // _MOST, 1)]
+    order = order_of([*some, last])
     for name, read in ((CLOCK, clock), (STAMP, lambda cell: stamp(cell, order)), (DATE, lambda cell: day(cell, order))):
         if sum(read(cell) is not None for cell in some) > 0.9 * len(some):
             return Kind(name, order)
@@ -73,4 +75,12 @@ def order_of(cells: Sequence[str]) -> str:
         return 'dmy'
     if any(len(pair) == 2 and int(pair[1]) > 12 for pair in parts) or re.search(r'[AaPp]\.?[Mm]', first):
         return 'mdy'
-    return 'dmy' if '.' in first.split()[0] else 'mdy'
+    if '.' in first.split()[0]:
+        return 'dmy'
+    return 'dmy' if _largest_step(cells, 'dmy') < _largest_step(cells, 'mdy') else 'mdy'
+
+
+def _largest_step(cells: Sequence[str], order: str) -> float:
+    """The longest time (s) from one date to the next: a run that passes midnight goes on by a day, and by no month."""
+    days = [found for cell in cells if (found := day(re.split(r'[T ,]', cell.strip())[0], order)) is not None]
+    return max((abs(after - before) for before, after in pairwise(days)), default=0.0)
