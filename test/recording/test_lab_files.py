@@ -515,6 +515,16 @@ def test_nines_that_stand_for_no_number_are_none(tmp_path):
     assert run.layout.missing == ()
 
 
+@pytest.mark.parametrize('nines', ['999', '9999'])
+def test_a_drive_that_is_off_or_gives_a_number_of_nines_gives_it(tmp_path, nines):
+    rows = [f'{k},{nines if k % 8 > 4 else 0},{23 + k / 10}' for k in range(40)]
+    (run,) = lab_text(tmp_path, 't (s),I (mA),T (degC)', rows=rows)
+    assert run.layout.missing == ()
+    rows[3:5] = ['3,9.9E+37,23.3', '4,-999.9,23.4']  # which no drive gives
+    (run,) = lab_text(tmp_path, 't (s),I (mA),T (degC)', rows=[row.replace(f',{nines},', ',0,') for row in rows])
+    assert set(run.layout.missing) == {'9.9E+37', '-999.9'}
+
+
 @pytest.mark.parametrize(
     ('line', 'load', 'room'),
     [
