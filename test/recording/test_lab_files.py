@@ -808,6 +808,18 @@ def test_the_unit_straight_after_each_number_is_that_of_its_column(tmp_path):
         assert {each.channel: each.unit for each in run.columns} == {'temperature': 'degF', 'current': 'mA'}
 
 
+@pytest.mark.parametrize('none', ['nan', 'inf', '-inf', 'ovf', 'OL', '---'])
+def test_a_pair_without_a_number_takes_no_other_with_it(tmp_path, none):
+    rows = [f't_ms:{500 * k} I_A:0.2 T_C:{none if k % 10 == 3 else 23 + k / 10} x_mm:{k / 50}' for k in range(60)]
+    rows[20] = 'sensor reset, mode: slow'
+    (tmp_path / 'run.log').write_text('\n'.join(['Muscle 1.2', *rows]) + '\n')
+    (recording,) = imported(tmp_path / 'run.log', tmp_path)
+    assert {name: len(channel) for name, channel in recording.channels.items()} == {
+        'current': 59, 'displacement': 59, 'temperature': 53,
+    }  # fmt: skip
+    assert '1 line(s) between the rows are no name:value pairs and are left out, the first is 22' in recording.notes
+
+
 def test_objects_in_json_objects_are_named_after_both(tmp_path):
     rows = [{'t_s': k / 2, 'sensors': {'temp_c': 23 + k / 10}, 'drive': {'i': {'ma': 200}}} for k in range(20)]
     (run,) = lab_text(tmp_path, rows=map(json.dumps, rows))

@@ -6,7 +6,7 @@ import io
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import zip_longest
 from pathlib import Path
 
@@ -25,9 +25,9 @@ _BINARY = {
     b'\xd0\xcf\x11\xe0': 'a file of an old Excel (.xls); save it as .xlsx or CSV',
 }
 _OLD_ENCODINGS = ('cp1252', 'cp932', 'gb18030', 'cp949', 'cp1251', 'cp1250', 'latin-1')
-_PAIR = re.compile(  # the number with what stands straight after it: its unit
+_PAIR = re.compile(  # the number with what stands straight after it: its unit; or what a program prints for none
     r'([^\W\d][^:=,;|\t]*?)\s*[:=]\s*'
-    r'((?:[+-]?(?:\d[\d.]*|\.\d+)(?:[eE][+-]?\d+)?|nan)(?:[^\W\d]|[°%])*)(?=[\s,;|]|$)'
+    r'((?:[+-]?(?:\d[\d.]*|\.\d+)(?:[eE][+-]?\d+)?)(?:[^\W\d]|[°%])*|[+-]?(?i:nan|inf|ovf|OL)|-+)(?=[\s,;|]|$)'
 )
 # The stamp that a serial monitor puts before each line.
 _MONITOR = re.compile(r'(\d{1,2}:\d{2}:\d{2}[.,]\d+)\s*->\s?')
@@ -110,8 +110,11 @@ def read_grid(path: Path, encoding: str, separator: str) -> Grid:
     lines = read_lines(path, encoding)
     if separator == JSON:
         return Grid(tuple(_named(_objects(lines, path))))
+    notes: list[str] = []
     if separator == PAIRS:
-        rows = list(_named((number_, _pairs(line)) for number_, line in enumerate(lines, 1) if _is_pairs(line)))
+        found = [(number_, _pairs(line)) for number_, line in enumerate(lines, 1) if _is_pairs(line)]
+        rows = list(_named(found))
+        notes += _other_lines(lines, [number_ for number_, _ in found])
     else:
         rows = list(_split(lines, separator))
     torn = lines[-1] != '' and len(rows) > 2 and _is_torn(rows)
@@ -119,7 +122,7 @@ def read_grid(path: Path, encoding: str, separator: str) -> Grid:
         rows.pop()
     if separator != PAIRS:
         rows = with_fitting_headings(rows, lines, separator == SPACES)
-    return Grid(tuple(rows), notes=(_TORN,) if torn else ())
+    return Grid(tuple(rows), notes=(*notes, *([_TORN] if torn else ())))
 
 
 def _is_torn(rows: list[Row]) -> bool:
@@ -169,6 +172,13 @@ def _pairs(line: str) -> dict[str, str]:
     return {name.strip(): value for name, value in _PAIR.findall(_MONITOR.sub('', line))}
 
 
+def _other_lines(lines: list[str], pairs: list[int]) -> Iterator[str]:
+    """How many lines between those of pairs, by their numbers, are no pairs."""
+    between = set(range(pairs[0], pairs[-1])) - set(pairs) if pairs else set()
+    if other := sorted(k for k in between if lines[k - 1].strip()):
+        yield f'{len(other)} line(s) between the rows are no name:value pairs and are left out, the first is {other[0]}'
+
+
 def _whole(lines: list[str]) -> list[dict[str, object]]:
     """The rows of a file that is one piece of JSON, a list of objects or an object of lists; none where it is not."""
     text = '\n'.join(lines).strip()
@@ -213,7 +223,7 @@ def _flat(row: Mapping[str, object], within: str = '') -> Iterator[tuple[str, ob
             yield f'{within}{key}', value
 
 
-def _named(rows: Iterator[tuple[int, dict[str, str]]]) -> Iterator[Row]:
+def _named(rows: Iterable[tuple[int, dict[str, str]]]) -> Iterator[Row]:
     """Rows of named values as a table; its headings are row 0, which the file does not have."""
     found = list(rows)
     names = list(dict.fromkeys(name for _, values in found for name in values))
