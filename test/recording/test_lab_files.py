@@ -12,6 +12,7 @@ import recording.labs.further  # noqa: F401  enters its files
 from recording.labs import by_another
 from recording.labs.bench import FILES
 from recording.labs.check import LEFT_OUT, UNKNOWN, imported, wrong, wrong_by_another
+from scipy.io import savemat
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.bag import read_bag
@@ -76,6 +77,7 @@ def test_there_are_enough_of_them_and_the_document_lists_each_with_its_first_try
         ('T', '°C', Meaning('temperature', 'degC')),
         ('t', 'ms', Meaning('time', 'ms')),
         ('T_min', '', Meaning('temperature', None)),  # a minimum, no minutes
+        ('t_temp_s', '', Meaning('time', 's')),  # when it was read
         ('Temps (s)', '', Meaning('time', 's')),  # French; no temperature
         ('Raumtemperatur (°C)', '', Meaning('ambient', 'degC')),
         ('T_env (C)', '', Meaning('ambient', 'degC')),
@@ -818,6 +820,32 @@ def test_a_pair_without_a_number_takes_no_other_with_it(tmp_path, none):
         'current': 59, 'displacement': 59, 'temperature': 53,
     }  # fmt: skip
     assert '1 line(s) between the rows are no name:value pairs and are left out, the first is 22' in recording.notes
+
+
+@pytest.mark.parametrize('other', [2, 10], ids=['half the rate', 'a tenth of it'])
+def test_vectors_of_a_matlab_file_at_two_rates_keep_their_own_times(tmp_path, other):
+    t = np.arange(3000) / 10.0
+    slow = {'T_degC': 23.0 + 0.01 * t[::other], 't_T_s': t[::other] + 0.05}
+    fast = {'current_A': 0.2 * (t % 20 > 10), 't_s': t, 'contraction_mm': 0.01 * t}
+    fit = {'t_fit_s': t[::4], 'x_fit_mm': 0.01 * t[::4], 'pid': np.arange(3.0)}  # nothing that is not there already
+    for vectors in ({**slow, **fast, **fit}, {**fast, **slow, **fit}):
+        savemat(tmp_path / 'run.mat', vectors)
+        (run,) = imported(tmp_path / 'run.mat', tmp_path)
+        assert {name: len(channel) for name, channel in run.channels.items()} == {
+            'current': 3000, 'displacement': 3000, 'temperature': 3000 // other,
+        }  # fmt: skip
+        assert np.allclose(run['temperature'].time, t[::other] + 0.05)
+        (note,) = [note for note in run.notes if note.startswith('left out')]
+        assert note.endswith('t_fit_s (750), x_fit_mm (750), pid (3)')
+
+
+def test_a_vector_of_a_matlab_file_that_no_time_fits_is_left_out_and_said_to_be(tmp_path):
+    t = np.arange(300) / 10.0
+    vectors = {'t_s': t, 'current_A': 0.2 * (t % 20 > 10), 'T_degC': 23.0 + 0.01 * np.arange(301)}
+    savemat(tmp_path / 'run.mat', vectors)
+    (run,) = imported(tmp_path / 'run.mat', tmp_path)
+    assert set(run.channels) == {'current'} and len(run['current']) == 300
+    assert run.notes == ('left out, being of another length than the times, or there already: T_degC (301)',)
 
 
 def test_objects_in_json_objects_are_named_after_both(tmp_path):

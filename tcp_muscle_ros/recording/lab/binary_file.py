@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from tcp_muscle_ros.errors import BadInput, install
 from tcp_muscle_ros.recording.lab.grid import Grid, Row
+from tcp_muscle_ros.recording.lab.headings import meaning
 
 KINDS = ('.xlsx', '.xlsm', '.mat', '.parquet')
 _UNITS = ('units', 'unit', 'einheiten', 'einheit')
@@ -83,15 +85,38 @@ def _parquet(path: Path) -> list[Grid]:
 
 
 def _of_columns(columns: Mapping[str, Any], sheet: str, units: Sequence[str] = ()) -> Grid:
-    """Columns of equal length as a sheet; the headings are row 1, and what the units are is row 2."""
-    length = max((len(column) for column in columns.values()), default=0)
-    kept = {name: column for name, column in columns.items() if len(column) == length}
+    """Columns as a sheet, the headings in row 1, and in row 2 what the units are. A shorter one ends in empty cells."""
+    kept, notes = _timed(columns)
     rows = [Row(1, tuple(kept))]
-    if units and len(kept) == len(columns):
-        rows.append(Row(2, tuple(units)))
-    first = len(rows) + 1
-    rows += [Row(k, tuple(map(_text, cells))) for k, cells in enumerate(zip(*kept.values(), strict=True), first)]
-    return Grid(tuple(rows), sheet)
+    if units:
+        of = dict(zip(columns, units, strict=True))
+        rows.append(Row(2, tuple(of[name] for name in kept)))
+    cells = zip_longest(*([_text(each) for each in column] for column in kept.values()), fillvalue='')
+    rows += [Row(k, row) for k, row in enumerate(cells, len(rows) + 1)]
+    return Grid(tuple(rows), sheet, tuple(notes))
+
+
+def _timed(columns: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """The columns that go by a time of their own length, and a note on the others.
+
+    Those beside the time with the most channels come first. Of another length is kept what is not yet among them, its
+    time before it. Where nothing is a time those are kept that are as long as the longest.
+    """
+    means = {name: meaning(name).kind for name in columns}
+    by_length: dict[int, list[str]] = {}
+    for name in sorted(columns, key=lambda name: -len(columns[name])):  # stable
+        by_length.setdefault(len(columns[name]), []).append(name)
+    timed = [group for group in by_length.values() if any(means[name] == 'time' for name in group)]
+    timed.sort(key=lambda group: -len({means[name] for name in group} - {''}))
+    kept = timed[0] if timed else next(iter(by_length.values()), [])
+    for group in timed[1:]:
+        time = next(name for name in group if means[name] == 'time')
+        known = {'', 'time', *(means[name] for name in kept)}
+        if new := [name for name in group if means[name] not in known]:
+            kept = [*kept, time, *new]
+    others = [f'{name} ({len(column)})' for name, column in columns.items() if name not in kept]
+    told = f'left out, being of another length than the times, or there already: {", ".join(others)}'
+    return {name: columns[name] for name in kept}, [told] if others else []
 
 
 def _matlab(path: Path) -> list[Grid]:

@@ -186,7 +186,9 @@ def _channel_of(column: Column) -> str:
 def _numbers(column: Column) -> Array | None:
     """The numbers of a column without those that stand for none; None where there are too few."""
     rows = np.where([cell in column.stand_ins for cell in column.cells], np.nan, column.numbers)
-    return rows if np.count_nonzero(np.isfinite(rows)) >= max(_FEWEST * len(rows), 2) else None
+    count, filled = np.count_nonzero(np.isfinite(rows)), np.flatnonzero([cell != '' for cell in column.cells])
+    end = int(filled[-1]) + 1 if count >= _MANY else len(rows)  # of one at a lower rate that has its own clock
+    return rows if count >= max(_FEWEST * end, 2) else None
 
 
 def _unread(column: Column) -> str:

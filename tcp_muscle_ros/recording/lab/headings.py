@@ -40,6 +40,7 @@ _QUANTITY = {
 }
 _SENSED = ('temperature', 'ambient', 'displacement', 'distance', 'length', 'elongation', 'force', 'load', 'current')
 _ELECTRICAL = ('voltage', 'current')
+_SECONDS = ('s', 'ms', 'us', 'ns')
 _SURE = 2
 _OF_QUANTITY = {'length': 'displacement'}
 _BRACKETS = re.compile(r'(.*?)[\[(<{]([^\])>}]*)[\])>}](.*)')
@@ -89,7 +90,8 @@ def meaning(heading: str, more: str = '', unit_cell: str = '') -> Meaning:
     if any(word.lower() in SETTINGS for word in words):
         return Meaning('')
     alone = _kind(words, None)
-    if unit and sure < _SURE and _QUANTITY.get(alone, UNITS[unit].quantity) != UNITS[unit].quantity:
+    of_another = words[:1] == ['t'] and unit in _SECONDS  # t_laser_s: the times of the laser
+    if unit and sure < _SURE and not of_another and _QUANTITY.get(alone, UNITS[unit].quantity) != UNITS[unit].quantity:
         unit = None  # T_min is no time
     commanded, of_muscle = _exactly(words, 'commanded'), _any(words, 'muscle', MODIFIERS)
     kind = _kind(words, unit)
