@@ -28,6 +28,7 @@ from tcp_muscle_ros.recording.lab.grid import Layout, Row, joined_headings
 from tcp_muscle_ros.recording.lab.heading_lines import misfit
 from tcp_muscle_ros.recording.lab.reading import grid_of
 from tcp_muscle_ros.recording.lab.text_file import SPACES
+from tcp_muscle_ros.recording.lab.times import parted
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, past_midnight, unwrapped
 from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
@@ -286,8 +287,13 @@ def _as_written(source: TimeSource, table: _Table, where: str) -> Array:
     if isinstance(source, ColumnSource):
         return _si(source, unwrapped(table.numbers(table.find(source, where)), source.wraps))
     column = table.find(ColumnSource(source.column, source.occurrence, UNITS['s']), where)
-    read = clock if source.kind == CLOCK else lambda cell: stamp(cell, source.order)
-    time = _read(table, column, read, f'a time as 14:03:22.5{"" if source.kind == CLOCK else " after its date"}')
+    of_day = source.kind == CLOCK
+    time = _read(
+        table,
+        column,
+        lambda cell: clock(parted(cell)) if of_day else stamp(parted(cell), source.order),
+        f'a time as 14:03:22.5{"" if of_day else " after its date"}',
+    )
     if source.date is not None:
         time = time + _read(table, table.find(source.date, where), lambda cell: day(cell, source.order), 'a date')
     elif source.kind == CLOCK:

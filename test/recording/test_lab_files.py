@@ -427,6 +427,32 @@ def test_a_run_that_passes_midnight_goes_on_by_a_day_and_by_no_month(tmp_path, w
     assert run.time.order == order
 
 
+@pytest.mark.parametrize(
+    ('written', 'unit'),
+    [('%H%M%S.%f', 'clock'), ('%H%M%S', 'clock'), ('%Y%m%d%H%M%S.%f', 'stamp'), ('%y%m%d%H%M%S', 'stamp')],
+)
+def test_a_time_that_is_written_as_one_number_is_parted(tmp_path, written, unit):
+    began = datetime(2024, 5, 3, 23, 58)
+    step = 0.5 if '.' in written else 2.0
+    stamps = [f'{began + timedelta(seconds=step * k):{written}}' for k in range(300)]
+    (tmp_path / 'run.csv').write_text('\n'.join(['time,T (degC)', *(f'{s},{23 + k}' for k, s in enumerate(stamps))]))
+    (run,) = guess(tmp_path / 'run.csv')
+    assert (run.time.unit, run.time.note) == (unit, '')
+    (recording,) = imported(tmp_path / 'run.csv', tmp_path)
+    assert np.allclose(recording['temperature'].time, step * np.arange(300))
+
+
+@pytest.mark.parametrize('step', [1, 20, 50, 60, 100, 600])
+def test_numbers_that_go_on_evenly_are_counted_though_each_could_be_a_time_of_day(tmp_path, step):
+    (run,) = lab_text(tmp_path, 'time,T (degC)', rows=[f'{10000 + k * step},{23 + k / 10}' for k in range(55)])
+    assert run.time.unit in ('s', 'ms')
+
+
+def test_a_number_beyond_all_dates_is_no_time(tmp_path):
+    with pytest.raises(BadInput, match="no time: none of the columns 'time'"):
+        lab_text(tmp_path, 'time,T (degC)', rows=[f'{20249913140000 + k},{23 + k / 10}' for k in range(30)])
+
+
 def test_minutes_and_seconds_pass_the_hour_and_two_bytes_begin_anew(tmp_path):
     seconds = [3595 + 0.5 * k for k in range(40)]
     rows = [f'{int(s // 60) % 60:02d}:{s % 60:04.1f},{23 + s / 100}' for s in seconds]

@@ -1,7 +1,7 @@
 """How a column of times is written, and what it counts."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,11 +12,15 @@ from tcp_muscle_ros.recording.recording import Array
 from tcp_muscle_ros.recording.units import UNITS
 
 CLOCK, STAMP, DATE = 'clock', 'stamp', 'date'
-_EPOCHS = ((1e8, 's'), (1e11, 'ms'), (1e14, 'us'), (1e17, 'ns'))  # a number of 2001 or later, in each unit
+_EPOCHS = ((1e8, 's'), (1e11, 'ms'), (1e14, 'us'), (1e17, 'ns'))  # a number of 1973 or later, in each unit
+_NO_EPOCH = 45.0  # times as much: beyond 2110, of which no clock tells
 _MOST = 200  # cells that are looked at
 _DATENUM = (7.0e5, 8.0e5)  # MATLAB's days since the year 0: 1916 to 2190
 SERIAL = (2.5e4, 8.0e4)  # a spreadsheet's days since 1900: 1968 to 2119
 _DAYS = ((_DATENUM, 1e-2), (SERIAL, 2e-4))  # with a step from row to row that, as seconds, no logger has
+# 140000.5, 20240503140000.5
+_ONE_NUMBER = re.compile(r'(?:(\d{4}|\d{2})(\d{2})(\d{2})(?=\d{6}))?(\d{1,2})(\d{2})(\d{2}(?:[.,]\d*)?)')
+_ENOUGH = 20  # numbers, that are times of day by no chance
 _SLOW_MS, _DAY_MS = 5e3, 8.64e7  # a row every 5 s for more than a day is a counter of microseconds
 
 
@@ -47,15 +51,61 @@ def kind_of(cells: Sequence[str], unit: str | None, decimal: str) -> Kind | None
     written = unit or unit_in(some[0])
     if written:
         return Kind(written) if UNITS[written].quantity == 'time' else None
+    if one := _one_number(cells, decimal):
+        return Kind(one)
     first = [value for cell in cells[:_MOST] if (value := number(cell, decimal)) is not None]
     return _without_unit(numbers, float(np.median(np.abs(np.diff(first)))) if len(first) > 1 else 0.0)
 
 
-def _without_unit(numbers: Array, step: float) -> Kind:
-    """What a column counts, by its numbers and their ``step`` from row to row; with a note where it may be another."""
-    epoch = [unit for least, unit in _EPOCHS if float(np.min(np.abs(numbers))) >= least]
+def parted(cell: str) -> str:
+    """A time of day, or a date with it, that is written as one number, with the signs that part it; else as it is."""
+    if not (found := _ONE_NUMBER.fullmatch(cell)):
+        return cell
+    year, month, of_month, *of_day = found.groups()
+    if year is None:
+        return ':'.join(of_day)
+    return f'{year if len(year) > 2 else f"20{year}"}-{month}-{of_month} {":".join(of_day)}'
+
+
+def _one_number(cells: Sequence[str], decimal: str) -> str:
+    """Whether the numbers are times of day, or dates with them: ``clock``, ``stamp`` or ''.
+
+    Each of them is one then, and so they go on more evenly over each minute: 140059 is followed by 140100.
+    """
+    some = [cell for cell in cells if cell]
+    dated = sum(len(re.split('[.,]', cell)[0]) in (12, 14) for cell in some) == len(some)
+    read = (lambda cell: stamp(cell, 'ymd')) if dated else clock
+    found = [_sound(parted(cell), read) for cell in some]
+    at = np.array([value for value in found if value is not None])
+    if len(at) < len(some):
+        return ''
+    if dated:
+        return STAMP
+    written = np.array([number(cell, decimal) for cell in some], dtype=np.float64)
+    return CLOCK if len(at) >= _ENOUGH and _unevenness(at) < 0.5 * _unevenness(written) else ''
+
+
+def _sound(cell: str, read: Callable[[str], float | None]) -> float | None:
+    """The time that a cell is, None where its hours, minutes or seconds are beyond what there is of them."""
+    within = re.search(r'(\d+):(\d+):(\d+)', cell)
+    return read(cell) if within and int(within[1]) < 24 and max(int(within[2]), int(within[3])) < 60 else None
+
+
+def _unevenness(values: Array) -> float:
+    step = np.diff(values)
+    return float(np.sum(np.abs(step - np.median(step))))
+
+
+def _without_unit(numbers: Array, step: float) -> Kind | None:
+    """What a column counts, by its numbers and their ``step`` from row to row; with a note where it may be another.
+
+    None where it would be dates beyond 2110.
+    """
+    least = float(np.min(np.abs(numbers)))
+    epoch = [(first, unit) for first, unit in _EPOCHS if least >= first]
     if epoch:
-        return Kind(epoch[-1])
+        first, unit = epoch[-1]
+        return Kind(unit) if least <= _NO_EPOCH * first else None
     for (low, high), quickest in _DAYS:
         if low <= float(np.min(numbers)) and float(np.max(numbers)) <= high and 0.0 < step < quickest:
             return Kind('d')

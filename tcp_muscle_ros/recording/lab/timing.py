@@ -11,7 +11,7 @@ from tcp_muscle_ros.recording.lab.columns import Column
 from tcp_muscle_ros.recording.lab.draft import ColumnRef, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Row
 from tcp_muscle_ros.recording.lab.preamble import sampled_every
-from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, SERIAL, STAMP, Kind, kind_of
+from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, SERIAL, STAMP, Kind, kind_of, parted
 from tcp_muscle_ros.recording.recording import Array
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -49,7 +49,8 @@ def time_kind(column: Column) -> Kind | None:
     if column.meaning.kind not in ('time', '', 'index'):
         return None
     kind = kind_of(column.cells, column.meaning.unit, column.decimal)
-    if kind is not None and kind.unit in UNITS and column.meaning.kind != 'time':
+    numbers = 2 * len(_finite(column)) > len(column.cells)
+    if kind is not None and column.meaning.kind != 'time' and (kind.unit in UNITS or numbers):
         return None
     return Kind('d') if kind is not None and kind.unit == 's' and _counts_days(column) else kind
 
@@ -126,7 +127,8 @@ def times(columns: Sequence[Column], time: DraftTime) -> Array:
     own = by_ref[time.ref]
     if time.unit in UNITS:
         return UNITS[time.unit].to_si(unwrapped(own.numbers, time.wraps))
-    value = _array([clock(cell) if time.unit == CLOCK else stamp(cell, time.order) for cell in own.cells])
+    written = map(parted, own.cells)
+    value = _array([clock(cell) if time.unit == CLOCK else stamp(cell, time.order) for cell in written])
     if time.date is not None:
         value = value + _array([day(cell, time.order) for cell in by_ref[time.date].cells])
     elif time.unit == CLOCK:
