@@ -212,11 +212,47 @@ def test_a_binary_file_that_is_none_of_the_known_kinds_is_refused(tmp_path):
         ('Heater (V)', Meaning('voltage', 'V')),
         ('Strain [%]', Meaning('strain', raw='%')),
         ('Disp Digits', Meaning('')),
+        ('displacement (x10 um)', Meaning('displacement', raw='x10 um')),
+        ('T [0.1 degC]', Meaning('temperature', raw='0.1 degC')),
+        ('Weg (1/100 mm)', Meaning('displacement', raw='1/100 mm')),
+        ('displacement (mil)', Meaning('displacement', raw='mil')),
+        ('force_cN', Meaning('force', raw='cN')),
+        ('power (kW)', Meaning('power', raw='kW')),
+        ('Laser displacement (mm/s)', Meaning('displacement', raw='mm/s')),
+        ('encoder position (deg)', Meaning('displacement', raw='deg')),
+        ('Winkel [Grad]', Meaning('')),
+        ('angle_deg', Meaning('')),
         ('Troom_C', Meaning('ambient', 'degC')),
     ],
 )
 def test_what_is_in_no_unit_of_its_channel_is_not_taken_for_it(heading, expected):
     assert meaning(heading) == expected
+
+
+@pytest.mark.parametrize(
+    ('heading', 'kind'),
+    [
+        ('Temp (core)', 'temperature'),
+        ('T (deg)', 'temperature'),
+        ('T (K-type)', 'temperature'),
+        ('Temp (10k NTC)', 'temperature'),
+        ('T (TC 1)', 'temperature'),
+        ('T (uC)', 'temperature'),
+        ('ch1 displacement (raw mm)', 'displacement'),
+        ('displacement (laser)', 'displacement'),
+        ('displacement (Keyence LK-G10)', 'displacement'),
+        ('Stroke (100 mm)', 'displacement'),
+        ('R (4W)', 'resistance'),
+        ('R (10 mA)', 'resistance'),
+        ('Force (10 N)', 'force'),
+        ('Force (50 N load cell)', 'force'),
+        ('current (INA219)', 'current'),
+        ('time (hh:mm:ss)', 'time'),
+        ('Time (pm)', 'time'),
+    ],
+)
+def test_what_else_stands_in_brackets_is_no_unit(heading, kind):
+    assert (meaning(heading).kind, meaning(heading).raw) == (kind, '')
 
 
 def lab_text(tmp_path, *lines, rows):

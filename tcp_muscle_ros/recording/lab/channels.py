@@ -16,7 +16,7 @@ from tcp_muscle_ros.recording.lab.preamble import rest_length
 from tcp_muscle_ros.recording.lab.times import CLOCK, Kind
 from tcp_muscle_ros.recording.lab.timing import time_kind, wraps_of
 from tcp_muscle_ros.recording.lab.timing import times as times_of
-from tcp_muscle_ros.recording.lab.vocabulary import RATIOS, SHARES
+from tcp_muscle_ros.recording.lab.vocabulary import RATIOS, SHARES, UNSCALED
 from tcp_muscle_ros.recording.options import A_MAP
 from tcp_muscle_ros.recording.plausibility import ROOM, USUAL, not_across
 from tcp_muscle_ros.recording.recording import CHANNELS, DRIVES, Array
@@ -137,7 +137,10 @@ def _unscaled(column: Column) -> str:
     if meaning.kind == 'strain':
         told = f"{column.ref} is left out: a strain in {meaning.raw}, and the muscle's length is written nowhere"
         return f"{told}; write it above the table, as 'L0 = 120 mm'"
-    return f'{column.ref} is left out: a {meaning.kind} in {meaning.raw}, and how it is scaled is written nowhere'
+    told = f'{column.ref} is left out: a {meaning.kind} in {meaning.raw}'
+    if meaning.raw in UNITS or meaning.raw.lower() in UNSCALED:
+        return f'{told}, and how it is scaled is written nowhere'
+    return f'{told}, which is none of its units; say its unit and scale in a map'
 
 
 def _drafted(each: Candidate, length: float | None, way: Warmth, path: Path) -> tuple[DraftColumn, list[str]]:

@@ -6,9 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
-from tcp_muscle_ros.recording.lab.unit_names import unit_named
+from tcp_muscle_ros.recording.lab.unit_names import other_unit, unit_named
 from tcp_muscle_ros.recording.lab.vocabulary import (
+    ANGLES,
     BEGINNINGS,
+    DEGREES,
     MEASURED,
     MODIFIERS,
     PRELOADS,
@@ -83,13 +85,16 @@ def meaning(heading: str, more: str = '', unit_cell: str = '') -> Meaning:
     a row of units.
     """
     name, unit, sure = _split(plain(heading))
-    unscaled = '' if unit and sure else _unscaled(plain(heading), plain(unit_cell))
+    words = _words(f'{name} {plain(more)}')
+    alone = _kind(words, None)
+    unscaled = '' if unit and sure else _unscaled(plain(heading), plain(unit_cell), _QUANTITY.get(alone, ''))
     if unit_named(unit_cell):
         unit, sure = unit_named(unit_cell), _SURE
-    words = _words(f'{name} {plain(more)}')
     if any(word.lower() in SETTINGS for word in words):
         return Meaning('')
-    alone = _kind(words, None)
+    fits = unit is not None and sure == _SURE and _QUANTITY.get(alone) == UNITS[unit].quantity
+    if _any(words, 'angle', ANGLES) and not fits:
+        return Meaning('')  # in Grad, which are no degrees Celsius
     of_another = words[:1] == ['t'] and unit in _SECONDS  # t_laser_s: the times of the laser
     if unit and sure < _SURE and not of_another and _QUANTITY.get(alone, UNITS[unit].quantity) != UNITS[unit].quantity:
         unit = None  # T_min is no time
@@ -107,13 +112,15 @@ def meaning(heading: str, more: str = '', unit_cell: str = '') -> Meaning:
     return Meaning(kind, unit, commanded, of_muscle)
 
 
-def _unscaled(heading: str, unit_cell: str) -> str:
-    """What stands in place of a unit, where that is none: counts, a share; '' else."""
+def _unscaled(heading: str, unit_cell: str, quantity: str) -> str:
+    """What stands in place of a unit of the quantity, where that is none of them: counts, a share, mils; '' else."""
     found = _BRACKETS.fullmatch(heading)
     tail = re.split(r'[\s_/]', heading)[-1]
     for text in (unit_cell, found[2] if found else '', tail):
-        if text.strip('[(<{})>] ').lower() in UNSCALED:
-            return text.strip('[(<{})>] ')
+        bare = text.strip('[(<{})>] ')
+        angle = bare.lower() in DEGREES and quantity != 'temperature'  # T (deg) is sloppy, and no angle
+        if bare.lower() in UNSCALED or angle or (quantity not in ('', 'time') and other_unit(bare, quantity)):
+            return bare
     return ''
 
 

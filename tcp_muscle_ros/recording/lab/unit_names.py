@@ -5,6 +5,8 @@ import unicodedata
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from tcp_muscle_ros.recording.units import UNITS
+
 # As they are written once NFKC, spaces and points are taken away; case counts, for mW is no MW.
 _WRITTEN = {
     's': 's 초 sec secs second seconds sek sekunde sekunden seg segundos secondes secondi 秒 Sec Second Seconds с сек',
@@ -45,6 +47,14 @@ WRITTEN: Mapping[str, str] = MappingProxyType(
 
 
 _MEGOHM = re.compile('M(?i:ohms?)')
+_OTHERS = frozenset(
+    ['mil', 'mils', 'thou', 'ft', 'feet', 'foot', 'yd', 'Å', 'oz', 'ozf', 'kip', 'dyn', 'mK', 'mC', 'mdegC', 'm°C']
+)
+_PREFIXED = re.compile(r'(?:[nuµμcdhkM]|da)[mNg]|[pnuµμkMG](?:[AVWΩ]|[Oo]hms?)|[mkc]?N[cm]?m|[hkMG]?Pa')
+_RATE = re.compile(r'(.+)/(?:s|sec|min|h|mm|V)')
+_SCALED = re.compile(  # a part of one, or any number after a sign of multiplication; a whole number is a range
+    r'(?:[x×*·]\s*[\d.,/]+|0[.,]0*1|1/10+|(?:1e|10\s*\^?\s*)[-−]\d+)\s*[x×*·]?\s*([^\W\d_].*|[°"].*)', re.I
+)
 
 
 def unit_named(text: str) -> str | None:
@@ -58,3 +68,20 @@ def unit_named(text: str) -> str | None:
     capitals = plain.lower() if len(plain) > 1 and plain.isupper() else plain  # MA of a printer
     lower = plain[:1].lower() + plain[1:] if len(plain) > 3 else plain
     return WRITTEN.get(plain) or WRITTEN.get(lower) or WRITTEN.get(capitals)
+
+
+def other_unit(text: str, quantity: str) -> bool:
+    """Is a text a unit, but none of those that are known: cN, mil, mm/s, or so many of one of the quantity, x10 um?
+
+    A word, as in T (core), is none, nor is what else a bracket may hold, as in R (10 mA) or Force (50 N).
+    """
+    plain = unicodedata.normalize('NFKC', text).strip('[(<{})>] ')
+    if unit_named(plain):
+        return False
+    if scaled := _SCALED.fullmatch(plain):
+        unit = unit_named(scaled[1])
+        known = unit is not None and scaled[1] != 'k' and UNITS[unit].quantity == quantity
+        return known or other_unit(scaled[1], quantity)
+    if rate := _RATE.fullmatch(plain):
+        return unit_named(rate[1]) is not None or other_unit(rate[1], quantity)
+    return plain in _OTHERS or _PREFIXED.fullmatch(plain) is not None

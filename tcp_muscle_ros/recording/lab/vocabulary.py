@@ -40,6 +40,9 @@ BEGINNINGS = {
 PRELOADS = {
     'load': 'preload pretension vorlast vorspann vorkraft précharge precharge precarico precarica precarga 予荷重 预载'
 }
+# What turns, and is no channel whatever its degrees are.
+ANGLES = {'angle': 'angle winkel drehwinkel angolo ángulo angulo ângulo kąt угол 角度 각도'}
+DEGREES = ('deg', 'degs', 'degree', 'degrees', '°')
 # A symbol that stands for itself; case counts.
 SYMBOLS = {
     'time': 't ts',
