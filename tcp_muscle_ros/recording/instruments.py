@@ -18,6 +18,7 @@ _HELD = 0.05  # share of samples that repeat the one before
 _STUCK = 9  # samples
 _PLAINLY = 6.0  # times the least step of a channel: it moves on plainly from one sample to the next
 _REPEATS, _REPEATED = 5, 0.1  # repeats between two plain steps the same way, and their share of such places
+_WRITTEN, _SOONER = 10, 0.05  # places at which it moves on, and the share of values that last less, at most
 _TURNS = 0.4  # share of samples at which noise turns, at least
 _ALIKE = 0.9  # of the others differ from each other: no quantisation repeats them
 _LINE = 10.0  # times the typical line of a spectrum and those on both sides, in each quarter: a tone
@@ -95,10 +96,30 @@ def _held_samples(channel: Channel) -> Iterator[tuple[str, str, str]]:
     turns = np.sign(np.diff(others))  # an encoder at rest repeats too: only noise turns at nearly each sample
     noisy = others.size > 20 and float(np.mean(turns[1:] * turns[:-1] < 0.0)) > _TURNS
     told = f'{channel.name}: {100 * share:.0f} % of its samples repeat the one before to the last bit'
-    if share > _HELD and noisy and np.unique(others).size > _ALIKE * others.size:
+    if times := _times_written(channel.value):
+        told = f'{channel.name}: each of its values stands there {times} times, also while it moves on'
+        yield channel.name, 'held', f'{told}: the logger holds a value until the next comes'
+    elif share > _HELD and noisy and np.unique(others).size > _ALIKE * others.size:
         yield channel.name, 'held', f'{told}, though no others are alike: the logger holds a value until the next comes'
     elif _repeats_while_it_moves(channel.value):
         yield channel.name, 'held', f'{told}, also while it moves on: the logger holds a value until the next comes'
+
+
+def _times_written(value: Array) -> int:
+    """How often each value was written while a channel moves on, as where it is slower than its logger; 0: not so.
+
+    That is how many samples are alike between two plain steps the same way. What sticks, or is read coarsely beside how
+    fast it moves, rests for as long as it likes, and its values change sooner elsewhere.
+    """
+    changes = np.flatnonzero(np.diff(value))
+    if changes.size < 3:
+        return 0
+    step, lasts = np.diff(value)[changes], np.diff(changes)
+    least = float(np.min(np.abs(step)))
+    plain = (step[:-1] * step[1:] > 0.0) & (np.minimum(np.abs(step[:-1]), np.abs(step[1:])) >= _PLAINLY * least)
+    times = int(np.median(lasts[plain])) if np.count_nonzero(plain) >= _WRITTEN else 0
+    as_often = float(np.mean(lasts[plain] == times)) > 0.5 if times > 1 else False
+    return times if as_often and float(np.mean(lasts < times - 1)) < _SOONER else 0
 
 
 def _repeats_while_it_moves(value: Array) -> bool:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commands import faulty_bags as bags
+from scipy.signal import lfilter
 
 from tcp_muscle_ros.recording.bag import read_bag
 from tcp_muscle_ros.recording.instruments import instrument_faults
@@ -41,6 +42,36 @@ def test_held_duplicates_are_named(sound):
     found = named(changed(sound, 'temperature', held))
     assert set(found) == {('temperature', 'held')}
     assert '% of its samples repeat the one before to the last bit' in found['temperature', 'held']
+
+
+def cycled():
+    """Seven minutes at 10 Hz in which the muscle is heated and cools again and again, as it is without noise."""
+    time = np.arange(4000) / 10.0
+    current = 0.25 * ((time % 60.0 > 10.0) & (time % 60.0 < 35.0))
+    rise = lfilter([0.0, 0.0125], [1.0, -0.9875], (current / 0.25) ** 2)
+    return time, current, {'temperature': 296.15 + 55.0 * rise, 'displacement': 4e-3 * rise}
+
+
+@pytest.mark.parametrize('name', ['temperature', 'displacement'])
+@pytest.mark.parametrize('times', [2, 3, 5, 10])
+def test_a_sensor_that_is_slower_than_its_logger_is_named_with_how_often_each_value_stands(name, times):
+    time, current, sound = cycled()
+    read = sound[name] * (1.0 + 1e-4 * np.random.default_rng(5).standard_normal(time.size))
+    for value in (sound[name], read):
+        assert named(driven(time, current, outputs={name: value})) == {}
+        found = named(driven(time, current, outputs={name: value[np.arange(time.size) // times * times]}))
+        assert set(found) == {(name, 'held')}
+        assert f'each of its values stands there {times} times' in found[name, 'held']
+
+
+@pytest.mark.parametrize('step', [0.05, 0.25, 2.0])
+@pytest.mark.parametrize('share', [1.0, 0.1, 0.02], ids=['quick', 'slow', 'nearly at rest'])
+def test_a_coarse_thermometer_is_not_held(step, share):
+    time, current, sound = cycled()
+    value = 296.15 + share * (sound['temperature'] - 296.15)
+    for noise in (0.0, 0.5 * step):
+        read = np.round((value + noise * np.random.default_rng(6).standard_normal(time.size)) / step) * step
+        assert ('temperature', 'held') not in named(driven(time, current, outputs={'temperature': read}))
 
 
 def test_quantised_samples_repeat_by_themselves(sound):
