@@ -331,4 +331,6 @@ def _contradictions(recording: Recording) -> Iterator[tuple[str, str, str]]:
         if abs(share) > _OFF:
             sign = 'times' if name == 'power' else 'over'
             told = f'{name}: voltage {sign} current differs from it by {100 * share:+.1f} %: an instrument is wrong'
-            yield name, 'contradiction', told
+            # Of a duty d the means are d U and d I, and the mean power is d U I: more than their product.
+            means = ', or these are means of a PWM' if name == 'power' and share < 0.0 else ''
+            yield name, 'contradiction', f'{told}{means}'

@@ -268,3 +268,7 @@ def test_voltage_and_current_that_are_both_high_contradict_a_power():
     assert set(recorded(current=1.07, voltage=1.07)) == {('power', 'contradiction')}
     assert '+14.5 %' in recorded(current=1.07, voltage=1.07)['power', 'contradiction']
     assert set(recorded(current=1.07)) == {('power', 'contradiction'), ('resistance', 'contradiction')}
+    assert 'PWM' not in recorded(current=1.07)['power', 'contradiction']
+    means = recorded(current=0.3, voltage=0.3, power=0.3)  # of a PWM of 30 %
+    assert set(means) == {('power', 'contradiction')}
+    assert '-70.0 %: an instrument is wrong, or these are means of a PWM' in means['power', 'contradiction']
