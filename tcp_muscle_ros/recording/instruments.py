@@ -150,14 +150,33 @@ def _tone(channel: Channel, drive: Channel | None) -> Iterator[tuple[str, str, s
     out = np.min([line / np.maximum(_about(line), least) for line in lines], axis=0)
     out[frequency < max(_SLOWEST_TONE, _TURNS_OF_A_TONE / (size * period))] = 0.0
     k = int(np.argmax(out))
+    if out[k] >= _LINE and drive is not None and len(drive) > 1:
+        given = hold(drive, channel.time[: 4 * size]).reshape(4, size)[1]
+        k = _not_driven(out, given, drive.name.startswith('power'))
     if out[k] < _LINE:
         return
-    if drive is not None and len(drive) > 1:
-        driven = _spectrum(hold(drive, channel.time[: 4 * size]).reshape(4, size)[1])
-        if driven[max(k - 1, 0) : k + 2].max() > _DRIVEN * max(float(np.median(driven)), 1e-300):
-            return
     told = f'{channel.name}: a tone of {frequency[k]:.3g} Hz throughout: vibration, mains hum or a loop that rings'
     yield channel.name, 'tone', told
+
+
+def _not_driven(out: Array, given: Array, is_heat: bool) -> int:
+    """The line that stands out most of those that are not the muscle's own response to what is given.
+
+    Heat goes as the square of a current or voltage: a sine through zero heats at twice its frequency. Where the line
+    that stands out most is the drive's, so may all be that the drive or its square has, and the multiples of its own.
+    """
+    causes = [_spectrum(each) for each in ([given] if is_heat else [given, given**2])]
+    k = int(np.argmax(out))
+    beside = [float(cause[max(k - 1, 0) : k + 2].max() / np.median(cause)) for cause in causes]
+    if max(beside) <= _DRIVEN:
+        return k
+    lines, reach = np.arange(out.size), _ASIDE[0] - 1
+    first = max(int(np.argmax(causes[0])), 1)
+    own = np.abs(lines - first * np.round(lines / first)) <= np.maximum(0.5 * lines / first, reach)
+    for cause in causes:
+        stands_out = cause > _DRIVEN * _about(cause)
+        own |= np.convolve(stands_out, np.ones(2 * reach + 1), 'same') > 0.0
+    return int(np.argmax(np.where(own, 0.0, out)))
 
 
 def _spectrum(value: Array) -> Array:

@@ -86,6 +86,28 @@ def test_a_tone_is_named_with_its_frequency(sound, channel, size):
     assert 'a tone of 3.1 Hz throughout' in found[channel, 'tone']
 
 
+@pytest.mark.parametrize(('cycles', 'beside'), [(0.3, 1.3), (0.4, 1.3), (0.6, 1.7)])  # Hz
+@pytest.mark.parametrize(('drive', 'noise'), [('current', 0.0), ('current', 1e-3), ('voltage', 1e-3), ('power', 1e-3)])
+def test_what_a_drive_that_goes_to_and_fro_does_to_the_muscle_is_no_tone_and_one_beside_it_is(
+    cycles, beside, drive, noise
+):
+    """Heat goes as the square of a current: of a sine through zero it has twice the frequency."""
+    time, rng = np.arange(4000) / 20.0, np.random.default_rng(7)
+    given = 0.25 * np.sin(2 * np.pi * cycles * time)
+    given = given**2 if drive == 'power' else given
+    heat = given if drive == 'power' else given**2
+    rise = lfilter([0.0, 0.00625], [1.0, -0.99375], heat / 0.0625)
+    value = 296.15 + 55.0 * rise + 0.05 * rng.standard_normal(time.size)
+    given = given + noise * rng.standard_normal(time.size)
+
+    def tones(tone):
+        outputs = {drive: given, 'temperature': value + 0.5 * np.sin(2 * np.pi * tone * time) * (tone > 0.0)}
+        return named(Recording('', {name: Channel(name, time, of, name) for name, of in outputs.items()}, 0))
+
+    assert ('temperature', 'tone') not in tones(0.0)
+    assert f'a tone of {beside} Hz throughout' in tones(beside)['temperature', 'tone']
+
+
 @pytest.mark.parametrize(('rate', 'each', 'lag'), [(100, 4.0, 3.0), (100, 4.0, 20.0), (50, 10.0, 5.0), (10, 30.0, 8.0)])
 def test_a_smooth_heating_and_cooling_is_no_tone(rate, each, lag):
     """A simulated recording has no noise: all that its spectrum has is the curve itself, and its rounding."""
