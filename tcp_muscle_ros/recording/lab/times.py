@@ -73,7 +73,9 @@ def _one_number(cells: Sequence[str], decimal: str) -> str:
     Each of them is one then, and so they go on more evenly over each minute: 140059 is followed by 140100.
     """
     some = [cell for cell in cells if cell]
-    dated = sum(len(re.split('[.,]', cell)[0]) in (12, 14) for cell in some) == len(some)
+    if not all(map(_ONE_NUMBER.fullmatch, some)):
+        return ''
+    dated = all(len(re.split('[.,]', cell)[0]) in (12, 14) for cell in some)
     read = (lambda cell: stamp(cell, 'ymd')) if dated else clock
     found = [_sound(parted(cell), read) for cell in some]
     at = np.array([value for value in found if value is not None])
