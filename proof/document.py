@@ -60,6 +60,13 @@ and its loads lie between those of the others. 0 is the error of the recalibrate
 is told the true effect and fits it in the form of the catalogue. On that recording only the room temperature, the
 temperature at the start and the zero of displacement are fitted. Errors are root mean squares over the channels in
 units of their noise. Cases count if the recalibrated error is more than 1.1 times the oracle's.
+
+*90 % intervals that cover* counts every interval that a report states of a parameter of the paper's model, whatever
+the report names: one that misses because the answer is wrong has missed. Left out is only a parameter that means
+something else in the generator: the conductance of a muscle that loses heat by radiation or to a rail too, and what
+shares its size with a law without a name. *Where the answer is right* counts the intervals of nulls, of decoys with
+wrong parameters or coloured noise, and of single effects that are in the reported set. It says whether intervals are
+as wide as they should be once the model is right.
 """
 _PROBABILITIES = '[How often findings were right, over the probability that was stated for them](probabilities.md).'
 

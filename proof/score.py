@@ -85,7 +85,6 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
     # not the decoys: a muscle without its sensor's fault is right, and further from a faulty recording
     muscles = [a for a in answers if a.label['kind'] != 'decoy' and a.held_out and a.limits['recalibration']]
     plain = [*nulls, *(a for a in decoys if a.label['what'] in ('wrong_parameters', 'coloured_noise')), *solved]
-    inside = [i for a in plain for i in covered(a)]
     return [
         rate('reports written', '100 %', answers, lambda a: a.report is not None),
         rate('false physics on nulls', '<= 2 %', nulls, lambda a: bool(a.physics)),
@@ -119,7 +118,8 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         number('held-out gap closed, 10th percentile', '>= 0.80', gaps, lambda v: float(np.percentile(v, 10))),
         number('held-out error left, of the recalibrated, median', '', ratios, np.median),
         rate('held-out error made worse by a tenth', '', muscles, worse),
-        counted('90 % intervals that cover', '85 to 95 %', inside),
+        counted('90 % intervals that cover', '85 to 95 %', [i for a in answers for i in covered(a)]),
+        counted('90 % intervals that cover, where the answer is right', '', [i for a in plain for i in covered(a)]),
         counted('noise as the instrument has it', '>= 95 %', _noise_held(answers)),
     ]
 

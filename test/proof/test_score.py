@@ -200,12 +200,35 @@ def test_coverage_is_judged_on_shared_parameters_that_the_data_fix():
     assert sorted(covered(answer('null', [], [], report={'calibration': calibration}))) == [False, True]
     calibration['k0']['fixed_by_data'] = False
     assert covered(answer('null', [], [], report={'calibration': calibration})) == [True]
-    # a single that was not solved says nothing of intervals, nor does a decoy that biases the parameters
+    # a single that was not solved says nothing of intervals under the right model, nor does a decoy that biases them
     others = [
         answer('single', ['creep'], [], report={'calibration': calibration}),
         answer('decoy', ['current_gain'], [], what='current_gain', report={'calibration': calibration}),
     ]
-    assert row(others, '90 % intervals that cover')['n'] == 0
+    assert row(others, '90 % intervals that cover, where the answer is right')['n'] == 0
+
+
+def test_intervals_of_wrong_answers_count_as_stated():
+    covering, missing = ({'calibration': {'hA': {'low': low, 'high': low + 0.002}}} for low in (0.019, 0.025))
+    answers = [
+        answer('single', ['creep'], [finding('creep')], report=covering),
+        answer('single', ['creep'], [finding('friction')], report=missing),
+        answer('double', ['creep', 'friction'], [finding('creep')], report=missing),
+    ]
+    found = row(answers, '90 % intervals that cover')
+    assert (found['hits'], found['n'], found['aim']) == (1, 3, '85 to 95 %')
+    solved = row(answers, '90 % intervals that cover, where the answer is right')
+    assert (solved['hits'], solved['n'], solved['aim']) == (1, 1, '')
+
+
+@pytest.mark.parametrize(
+    ('concealed', 'said', 'n'),
+    [('radiation', 'radiation', 1), ('radiation', 'creep', 1), ('creep', 'creep', 2), ('creep', 'free_conductance', 1)],
+)
+def test_a_parameter_that_means_something_else_is_not_compared(concealed, said, n):
+    named = {'effect': said, 'stage': 'thermal', 'unlisted': {'driver': 'force'} if said.startswith('free_') else None}
+    calibration = {name: {'low': 0.0, 'high': 99.0} for name in ('hA', 'k0')}
+    assert len(covered(answer('single', [concealed], [named], report={'calibration': calibration}))) == n
 
 
 def test_noise_that_took_a_misfit_with_it_is_counted_channel_by_channel():
