@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from proof.cases import Case, make_case
+from proof.cases import Case, make_case, signals_of
 from proof.generate import write_recording
 from proof.truth import Experiment, observe
 from proof.truth.plant import CURRENT, POWER, VOLTAGE
@@ -49,14 +49,15 @@ def as_experiment(protocol: dict[str, Any], case: Case) -> Experiment:
 
 
 def extend(directory: Path, name: str, protocol: Path, labels: Path) -> Path:
-    """The new bag."""
+    """The new bag, of a muscle that has worn in the recordings of its case."""
     suite = json.loads(labels.read_text(encoding='utf-8'))
     label = next(entry for entry in suite['cases'] if entry['case'] == name)
     case = make_case(suite['suite'], suite['seed'], label['number'], label['kind'], label['what'])
     experiment = as_experiment(yaml.safe_load(protocol.read_text(encoding='utf-8')), case)
     k = len(list((directory / name).glob('recording_*')))
+    dose = signals_of(case)[-1].dose
     case.experiments.append(experiment)
-    return write_recording(case, k, experiment, observe(case.bench, experiment, k), directory)
+    return write_recording(case, k, experiment, observe(case.bench, experiment, k, dose), directory)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -6,14 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from rosbags.highlevel import AnyReader
 
 from proof.answers import read
 from proof.cases import BASE, FULL, PHYSICS, SUITES, composition, make_case, signals_of
-from proof.extend import extend
-from proof.generate import generate, write_case
+from proof.extend import as_experiment, extend
+from proof.generate import generate, write_case, write_recording
 from proof.recordings import INPUTS, Noise
-from proof.truth import EFFECTS
+from proof.truth import EFFECTS, observe
 from proof.visibility import Refit, stack, visibility
 from tcp_muscle_ros.recording.bag import read_bag
 
@@ -193,3 +194,16 @@ def test_an_experiment_can_be_added_to_a_sealed_case(suite, tmp_path):
     assert bag.name == f'recording_{before}'
     with AnyReader([bag]) as reader:
         assert reader.duration == pytest.approx(15e9, rel=0.02)
+
+
+def test_an_added_experiment_is_done_to_a_muscle_that_has_worn(tmp_path):
+    cases, labels, protocol = tmp_path / 'cases', tmp_path / 'labels.json', tmp_path / 'next.yaml'
+    generate('development', 1, 4, cases, labels, jobs=1, wanted=[('single', 'fatigue')])
+    protocol.write_text('rate_hz: 20\nsegments: [{duration_s: 15, value: 0.2}]')
+    bag = extend(cases, 'case_0000', protocol, labels)
+    case = make_case('development', 4, 0, 'single', 'fatigue')
+    worn, further = signals_of(case)[-1].dose, as_experiment(yaml.safe_load(protocol.read_text()), case)
+    k = len(case.experiments)
+    again = write_recording(case, k, further, observe(case.bench, further, k, worn), tmp_path / 'again')
+    assert worn > 1.0
+    np.testing.assert_array_equal(*(read_bag(path)['displacement'].value for path in (bag, again)))
