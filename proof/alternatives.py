@@ -13,6 +13,7 @@ import json
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from proof.tool import (
     Replayed,
     errors,
     experiments_of,
+    guarded,
     replay,
     write_muscle,
 )
@@ -112,8 +114,8 @@ def black_box(case: Case, label: Label) -> Outcome:
 
 
 RUNNERS: dict[str, Callable[[Case, Label], Outcome]] = {
-    function.__name__: function for function in (recalibration, whiteness_bic, sparse_regression, black_box, oracle)
-}
+    function.__name__: function for function in (oracle, recalibration, whiteness_bic, sparse_regression, black_box)
+}  # the limits of the held-out gap first
 
 
 def corrected(replayed: Replayed, correction: Correction) -> Replayed:
@@ -128,23 +130,29 @@ def corrected(replayed: Replayed, correction: Correction) -> Replayed:
 
 def run(
     folder: Path, reports: Path, label: Label, held_out: Path | None = None, names: Sequence[str] = tuple(RUNNERS)
-) -> None:
-    """Run alternatives on one case: REPORTS/<name>/<case>/{report.json, improved.yaml, held_out.json}."""
+) -> str | None:
+    """Run alternatives on one case: REPORTS/<name>/<case>/{report.json, improved.yaml, held_out.json}.
+
+    One that fails keeps no other from being run. What failed, in one line; None where nothing did.
+    """
     case = Case(folder)
-    unseen = experiments_of(held_out / case.name, case.nominal, case.most) if held_out else []
-    for name in names:
-        out = reports / name / case.name
-        if (out / REPORT).is_file():
-            continue
+    unseen = cache(lambda: experiments_of(held_out / case.name, case.nominal, case.most) if held_out else [])
+
+    def answer(name: str, out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
         outcome = RUNNERS[name](case, label)
         write_muscle(out / IMPROVED, outcome.muscle)
-        if unseen:
-            runs = [replay(experiment, outcome.muscle, case.experiments) for experiment in unseen]
-            if outcome.correction:
-                runs = [corrected(one, outcome.correction) for one in runs]
+        runs = [replay(experiment, outcome.muscle, case.experiments) for experiment in unseen()]
+        if outcome.correction:
+            runs = [corrected(one, outcome.correction) for one in runs]
+        if runs:
             (out / HELD_OUT).write_text(json.dumps(errors(runs)) + '\n', encoding='utf-8')
         (out / REPORT).write_text(json.dumps(outcome.report(), indent=1) + '\n', encoding='utf-8')
+
+    folders = {name: reports / name / case.name for name in names}
+    left = {name: out for name, out in folders.items() if not (out / REPORT).is_file()}
+    found = [guarded(f'{case.name}, {name}', out, partial(answer, name, out)) for name, out in left.items()]
+    return '; '.join(problem for problem in found if problem) or None
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -157,7 +165,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--only', choices=list(RUNNERS), action='append')
     chosen = parser.parse_args(arguments)
     for label in json.loads(chosen.labels.read_text(encoding='utf-8'))['cases']:
-        run(chosen.directory / label['case'], chosen.reports, label, chosen.held_out, chosen.only or tuple(RUNNERS))
+        names = chosen.only or tuple(RUNNERS)
+        problem = run(chosen.directory / label['case'], chosen.reports, label, chosen.held_out, names)
+        if problem:
+            print(problem, file=sys.stderr)
     return 0
 
 

@@ -136,15 +136,22 @@ def read_json(path: Path) -> dict[str, Any] | None:
     return json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
 
 
+def reported(answers: Sequence[Answer]) -> list[Answer]:
+    """Those with a report: where restraint is asked, silence is no proof of it."""
+    return [answer for answer in answers if answer.report is not None]
+
+
 def in_first_set(answer: Answer) -> bool:
     """Is the one true effect among those that the first finding stands for?"""
     return bool(answer.findings) and answer.truth[0] in named(answer.findings[0])
 
 
 def left_over(answer: Answer) -> float | None:
-    """The held-out error as a share of the recalibrated one, where there is a gap."""
+    """The held-out error as a share of the recalibrated one, where there is a gap; without an answer all is left."""
     found, after = gap(answer), held_out_error(answer, answer.held_out)
-    return after / found[0] if found and after is not None else None
+    if not found:
+        return None
+    return 1.0 if after is None else after / found[0]
 
 
 def worse(answer: Answer) -> bool:

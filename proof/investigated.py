@@ -157,7 +157,9 @@ class Muscle:
         self.result = {'seed': self.seed, 'number': self.number, 'revision': commit(), 'label': said, 'ways': {}}
         (self._investigate_behind_node if self.behind_node else self._investigate)(case)
         reports = self.folder / 'reports'
-        alternatives.run(self.folder / OURS / case.name, reports, said, self.folder / 'unseen', LIMITS)
+        problem = alternatives.run(self.folder / OURS / case.name, reports, said, self.folder / 'unseen', LIMITS)
+        if problem:
+            raise RuntimeError(problem)
         self.result['limits'] = {name: _json(reports / name / case.name / HELD_OUT) for name in LIMITS}
 
     def _recorded(self, way: str) -> None:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from proof.answers import Answer, flagged, held_out_error, named, read_json
+from proof.answers import Answer, flagged, held_out_error, named, read_json, reported
 from proof.cases import EXPRESSIBLE, PHYSICS, UNLISTED, in_turns
 from proof.generate import generate
 from proof.prove import DIAGNOSIS, Proof
@@ -73,13 +73,13 @@ class Group:
         generate(suite, self.count, self.seed, proof.bags, proof.labels, proof.jobs, proof.unseen, wanted=those)
 
     def answers(self) -> list[Answer]:
-        """Those of the cases that are diagnosed and compared, of effects that can be seen."""
-        found, reports = [], self.proof.reports
-        for label in (read_json(self.proof.labels) or {'cases': []})['cases']:
+        """Those of the cases that are diagnosed and compared, or failed, of effects that can be seen."""
+        suite, found, reports = read_json(self.proof.labels), [], self.proof.reports
+        for label in suite['cases'][: self.proof.answered(DIAGNOSIS, *OTHERS)] if suite else ():
             errors = {name: read_json(reports / name / label['case'] / HELD_OUT) for name in (DIAGNOSIS, *OTHERS)}
             report = read_json(reports / DIAGNOSIS / label['case'] / REPORT)
             answer = Answer(label, report, errors[DIAGNOSIS], errors)
-            if all(errors.values()) and len(answer.truth) == len(label['effects']):
+            if len(answer.truth) == len(label['effects']):
                 found.append(answer)
         return found
 
@@ -115,9 +115,11 @@ def both_told(answer: Answer) -> bool:
 
 def closed(answer: Answer, way: str) -> float | None:
     """The share of the gap between the recalibrated muscle and the noise that a way closes on unseen data; None where
-    there is hardly any."""
+    there is hardly any. A way that failed closes nothing."""
     before, after = (held_out_error(answer, answer.limits[name]) for name in ('recalibration', way))
-    return (before - after) / (before - LEFT) if before and after and before > REACH else None
+    if not before or before <= REACH:
+        return None
+    return 0.0 if after is None else (before - after) / (before - LEFT)
 
 
 def document(groups: dict[str, list[Answer]], seed: int) -> str:
@@ -134,7 +136,7 @@ def document(groups: dict[str, list[Answer]], seed: int) -> str:
         '| | aim | reached |',
         '|---|---|---|',
         _row('an unlisted effect is flagged', '90 %', alone, said_unlisted),
-        _row('a listed name is given instead', 'at most 25 %', alone, lambda a: bool(a.physics)),
+        _row('a listed name is given instead', 'at most 25 %', reported(alone), lambda a: bool(a.physics)),
         _row('what has no name stands in the right stage', '80 %', alone, in_stage),
         _row(
             'with a listed effect beside it: that one named, the rest a law without a name', '60 %', beside, both_told
@@ -142,7 +144,7 @@ def document(groups: dict[str, list[Answer]], seed: int) -> str:
         _row(
             'a listed effect alone, in a form not tuned on: a law without a name',
             'at most 10 %',
-            listed,
+            reported(listed),
             nameless,
         ),
         '',

@@ -34,7 +34,7 @@ from proof.cases import FULL, SUITES
 from proof.document import write_document
 from proof.generate import generate
 from proof.score import LOG, brief, note, tables, text
-from proof.tool import HELD_OUT, REPORT, diagnose_case, users_errors
+from proof.tool import HELD_OUT, REPORT, diagnose_case, guarded, tried, users_errors
 from tcp_muscle_ros.diagnosis.observation.observe import MOST
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
 
@@ -102,10 +102,10 @@ class Proof:
     def score(self) -> None:
         """Open the labels: scores.json, and the tables of the diagnosis on the terminal."""
         head, answers = read(self.bags, self.reports / DIAGNOSIS, self.labels, self.reports)
-        done = self._answered(DIAGNOSIS)
+        done = self.answered(DIAGNOSIS)
         result: dict[str, Any] = {**head, 'methods': {DIAGNOSIS: tables(answers[:done])}, 'compared': {}}
         # All methods on the same cases: the first ones, as far as the alternatives have come.
-        common = self._answered(DIAGNOSIS, *alternatives.RUNNERS)
+        common = self.answered(DIAGNOSIS, *alternatives.RUNNERS)
         for name in (DIAGNOSIS, *alternatives.RUNNERS) if common else ():
             _, answers = read(self.bags, self.reports / name, self.labels, self.reports)
             result['compared'][name] = tables(answers[:common])
@@ -125,12 +125,13 @@ class Proof:
             note(LOG, 'scored', seal=self.seal, cases=done, commit=result['commit'],
                  scores=brief(result['methods'][DIAGNOSIS]))  # fmt: skip
 
-    def _answered(self, *methods: str) -> int:
-        """How many of the first cases these methods have answered; a run that was stopped is scored on those.
+    def answered(self, *methods: str) -> int:
+        """How many of the first cases these methods have tried; a run that was stopped is scored on those.
 
-        A case without a report is among them, and a failure, where the run went on after it.
+        A case without a report is among them, and a failure, where it is noted that it failed or, as runs had no such
+        notes, where the run went on after it.
         """
-        there = [all((self.reports / name / case / REPORT).is_file() for name in methods) for case in self.names]
+        there = [all(tried(self.reports / name / case) for name in methods) for case in self.names]
         for k, answered in enumerate(there):
             if not answered and sum(there[k + 1 :]) < self.jobs:  # it was under way, or its turn had not come
                 return k
@@ -211,21 +212,13 @@ def _progress(title: str, done: int, of: int, seconds: float) -> None:
         print(f'\r{title}: {done} of {of}, {seconds / done:.1f} s each, {left:.0f} min left ', end=end, flush=True)
 
 
-def _guarded(name: str, work: Callable[[], None]) -> str | None:
-    try:
-        work()
-    except Exception as error:  # a case must not stop the other 429
-        return f'{name}: {type(error).__name__}: {error}'
-    return None
-
-
 def _diagnose(bags: Path, reports: Path, most: int, name: str) -> str | None:
     def work() -> None:
         start = time.process_time()
         diagnose_case(bags / name, reports, most)
         (reports / name / 'seconds').write_text(f'{time.process_time() - start:.2f}\n', encoding='utf-8')
 
-    return _guarded(name, work)
+    return guarded(name, reports / name, work)
 
 
 def _held_out(bags: Path, unseen: Path, reports: Path, name: str) -> str | None:
@@ -233,18 +226,18 @@ def _held_out(bags: Path, unseen: Path, reports: Path, name: str) -> str | None:
         found = users_errors(reports / name, unseen / name)
         (reports / name / HELD_OUT).write_text(json.dumps(found) + '\n', encoding='utf-8')
 
-    return _guarded(name, work)
+    return guarded(name, reports / name, work)
 
 
 def _alternatives(bags: Path, reports: Path, unseen: Path, names: Sequence[str], label: dict[str, Any]) -> str | None:
-    return _guarded(label['case'], lambda: alternatives.run(bags / label['case'], reports, label, unseen, names))
+    return alternatives.run(bags / label['case'], reports, label, unseen, names)
 
 
 def _extend(bags: Path, before: Path, labels: Path, extended: Path, reports: Path, most: int, name: str) -> str | None:
     def work() -> None:
         diagnose_case(ambiguous.add_recording(name, bags, before, labels, extended), reports, most)
 
-    return _guarded(name, work)
+    return guarded(name, reports / name, work)
 
 
 def commit() -> str:

@@ -5,7 +5,7 @@ python -m proof.score DIR REPORTS --labels LABELS [--beside DIR2] [--json FILE] 
 DIR is what proof.generate wrote (its SEAL is checked), REPORTS has <case>/report.json in the schema of the diagnosis
 and <case>/held_out.json, the free-run errors on recordings that were not given to it; DIR2 has the same of the
 alternatives `recalibration` and `oracle`, between which the held-out gap lies. A case without a report is a failure
-wherever something was to be found, and does not count as silence on a null or a decoy. Every scoring of a sealed suite
+wherever something was to be found or said, and is not counted where restraint is asked. Every scoring of a sealed suite
 is appended to the log.
 """
 
@@ -34,6 +34,7 @@ from proof.answers import (
     named,
     noise_ratios,
     read,
+    reported,
     right,
     worse,
 )
@@ -69,8 +70,8 @@ def number(name: str, aim: str, values: Sequence[float], summary: Callable[[Sequ
 def scores(answers: Sequence[Answer]) -> list[Row]:
     """The figures that the diagnosis aims at."""
     of = {kind: [a for a in answers if a.label['kind'] == kind] for kind in ('single', 'double', 'triple')}
-    nulls = [a for a in answers if a.label['kind'] == 'null' and a.report]  # silence is no proof of restraint
-    decoys = [a for a in answers if a.label['kind'] == 'decoy' and a.report]
+    nulls = [a for a in answers if a.label['kind'] == 'null']
+    decoys = [a for a in answers if a.label['kind'] == 'decoy']
     unlisted = [a for a in answers if a.label['kind'] == 'unlisted' and a.truth]
     pairs = [a for a in answers if a.label['kind'] == 'ambiguous']
     alike = [a for a in pairs if a.truth and a.label['effects'][0]['visibility'].get('likeness', 0.0) >= ALIKE]
@@ -87,8 +88,8 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
     plain = [*nulls, *(a for a in decoys if a.label['what'] in ('wrong_parameters', 'coloured_noise')), *solved]
     return [
         rate('reports written', '100 %', answers, lambda a: a.report is not None),
-        rate('false physics on nulls', '<= 2 %', nulls, lambda a: bool(a.physics)),
-        rate('nulls: any alarm (physics, sensor, unexplained)', '', nulls, lambda a: bool(a.findings) or flagged(a)),
+        rate('false physics on nulls', '<= 2 %', reported(nulls), lambda a: bool(a.physics)),
+        rate('nulls: any alarm (physics, sensor, unexplained)', '', reported(nulls), _alarm),
         rate('muscles as the lab says: match', '>= 95 %', _nulls(nulls, known=True), lambda a: a.verdict == 'match'),
         rate(
             'muscles with other parameters: wrong parameters',
@@ -96,14 +97,14 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
             _nulls(nulls, known=False),
             lambda a: a.verdict == 'wrong_parameters',
         ),
-        rate('decoys named as physics', '<= 3 %', decoys, lambda a: bool(a.physics)),
+        rate('decoys named as physics', '<= 3 %', reported(decoys), lambda a: bool(a.physics)),
         rate('verdict right on decoys', '', decoys, right),
         rate('stage right, singles', '>= 98 %', seen, lambda a: a.stage() in a.stages),
         rate('single named first', '>= 90 %', seen, lambda a: bool(a.findings) and a.findings[0]['effect'] in a.truth),
         rate('single in the reported set', '>= 97 %', seen, in_first_set),
         rate('single, nothing else named', '', seen, lambda a: matched(a.findings, a.truth)),
         number('mean size of the set', '<= 1.5', [len(named(a.findings[0])) for a in seen if a.findings], np.mean),
-        rate('undetectable single: no false name', '', unseen, lambda a: not a.physics or _true(a)),
+        rate('undetectable single: no false name', '', reported(unseen), lambda a: not a.physics or _true(a)),
         rate('two effects, exactly', '>= 75 %', two, exact),
         rate('two effects, as sets', '', two, lambda a: matched(a.findings, a.truth)),
         rate('two effects, one at least', '', two, lambda a: any(named(f) & set(a.truth) for f in a.findings)),
@@ -111,7 +112,7 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         rate('three effects, as sets', '', three, lambda a: matched(a.findings, a.truth)),
         rate('unlisted flagged', '>= 85 %', unlisted, flagged),
         rate('unlisted flagged in its stage', '', unlisted, lambda a: flagged(a) and _flag_stage(a) in a.stages),
-        rate('unlisted given a false name', '', unlisted, lambda a: bool(a.physics)),
+        rate('unlisted given a false name', '', reported(unlisted), lambda a: bool(a.physics)),
         rate('ambiguous: both in the set', '', alike, both),
         rate('ambiguous: an experiment proposed', '', alike, lambda a: a.proposal is not None),
         number('held-out gap closed, median', '>= 0.95', gaps, np.median),
@@ -122,6 +123,10 @@ def scores(answers: Sequence[Answer]) -> list[Row]:
         counted('90 % intervals that cover, where the answer is right', '', [i for a in plain for i in covered(a)]),
         counted('noise as the instrument has it', '>= 95 %', _noise_held(answers)),
     ]
+
+
+def _alarm(answer: Answer) -> bool:
+    return bool(answer.findings) or flagged(answer)
 
 
 def _nulls(nulls: Sequence[Answer], known: bool) -> list[Answer]:

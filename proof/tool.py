@@ -33,7 +33,7 @@ from tcp_muscle_ros.settings.operating import DEFAULT_SET
 from tcp_muscle_ros.settings.parameter_file import ParameterFile, read, write
 from tcp_muscle_ros.settings.rig import read_rig, render_rig
 
-REPORT, HELD_OUT = 'report.json', 'held_out.json'
+REPORT, HELD_OUT, FAILED = 'report.json', 'held_out.json', 'failed'
 QUICK = 500  # samples a channel for the alternatives and for held-out recordings
 ROUNDS = 12  # of fitting the start of a held-out recording
 
@@ -81,6 +81,23 @@ def experiments_of(folder: Path, nominal: Parameters, most: int) -> list[Experim
 def bags(folder: Path) -> list[Path]:
     """The recordings in a folder in their order."""
     return sorted(folder.glob('recording_*'), key=lambda path: int(path.name.rpartition('_')[2]))
+
+
+def guarded(name: str, out: Path, work: Callable[[], None]) -> str | None:
+    """Work on a case, whose answer goes to the folder ``out``. What went wrong is noted there, and returned."""
+    (out / FAILED).unlink(missing_ok=True)
+    try:
+        work()
+    except Exception as error:  # a case must not stop the other 429
+        out.mkdir(parents=True, exist_ok=True)
+        (out / FAILED).write_text(f'{type(error).__name__}: {error}\n', encoding='utf-8')
+        return f'{name}: {type(error).__name__}: {error}'
+    return None
+
+
+def tried(out: Path) -> bool:
+    """Is an answer in this folder, or the note that there is none?"""
+    return (out / REPORT).is_file() or (out / FAILED).is_file()
 
 
 def diagnose_case(folder: Path, reports: Path, most: int, progress: Callable[[], None] | None = None) -> Diagnosis:

@@ -60,6 +60,25 @@ def test_what_is_held_out_of_a_muscle_that_wears_comes_after_what_was_recorded(t
     assert now < 0.5 * new
 
 
+def test_a_method_that_fails_keeps_no_other_from_being_run(tmp_path, monkeypatch):
+    """The oracle is the 1 of the gap: without it the case would be in no score of what is held out."""
+    made = make_case('development', 5, 1, 'null', '')
+    label = write_case(made, tmp_path / 'cases')
+
+    def fails(case, label):
+        raise RuntimeError('singular')
+
+    quick = alternatives.Outcome((), Case(tmp_path / 'cases' / made.name).nominal)
+    monkeypatch.setattr(alternatives, 'RUNNERS', dict.fromkeys(alternatives.RUNNERS, lambda case, label: quick))
+    assert next(iter(alternatives.RUNNERS)) == 'oracle'
+    monkeypatch.setitem(alternatives.RUNNERS, 'whiteness_bic', fails)
+    reports, names = tmp_path / 'reports', tuple(alternatives.RUNNERS)
+    told = alternatives.run(tmp_path / 'cases' / made.name, reports, label, names=names)
+    assert told == f'{made.name}, whiteness_bic: RuntimeError: singular'
+    assert {path.parent.parent.name for path in reports.glob('*/*/report.json')} == {*names} - {'whiteness_bic'}
+    assert 'singular' in (reports / 'whiteness_bic' / made.name / 'failed').read_text()
+
+
 @pytest.fixture(scope='module')
 def proven(tmp_path_factory):
     """A case through every phase, and once more over what is already there."""
@@ -107,9 +126,31 @@ def test_a_case_that_came_to_nothing_does_not_end_the_score(tmp_path):
         reports = proof.reports / 'diagnosis' / f'case_{k:04d}'
         reports.mkdir(parents=True)
         (reports / 'report.json').write_text('{}')
-    assert proof._answered('diagnosis') == 5
+    assert proof.answered('diagnosis') == 5
     (proof.reports / 'diagnosis' / 'case_0004' / 'report.json').unlink()
-    assert proof._answered('diagnosis') == 2
+    assert proof.answered('diagnosis') == 2
+
+
+def test_a_case_that_failed_last_is_scored_until_it_is_tried_again(tmp_path, monkeypatch):
+    proof = prove.Proof('development', 3, 1, tmp_path, 2, 500)
+    reports = proof.reports / 'diagnosis'
+
+    def answers(folder, reports, most):
+        (reports / folder.name).mkdir(parents=True, exist_ok=True)
+        (reports / folder.name / 'report.json').write_text('{}')
+
+    def fails(folder, reports, most):
+        raise ArithmeticError('it runs away')
+
+    for k, diagnosed in enumerate((answers, answers, fails)):
+        (proof.bags / f'case_{k:04d}').mkdir(parents=True)
+        monkeypatch.setattr(prove, 'diagnose_case', diagnosed)
+        told = prove._diagnose(proof.bags, reports, 500, f'case_{k:04d}')
+    assert told == 'case_0002: ArithmeticError: it runs away'
+    assert proof.answered('diagnosis') == 3
+    monkeypatch.setattr(prove, 'diagnose_case', answers)
+    assert prove._diagnose(proof.bags, reports, 500, 'case_0002') is None
+    assert not (reports / 'case_0002' / 'failed').exists()
 
 
 @pytest.mark.parametrize(

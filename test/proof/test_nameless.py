@@ -1,10 +1,25 @@
 """What counts as said of physics that no catalogue holds, and that the cases hold it."""
 
+import json
+
 import pytest
 
 from proof.answers import Answer
 from proof.cases import EXPRESSIBLE, PHYSICS, make_case
-from proof.nameless import ALONE, BESIDE, CONTINUOUS, LISTED, OLD, both_told, closed, document, in_stage, wanted
+from proof.nameless import (
+    ALONE,
+    BESIDE,
+    CONTINUOUS,
+    LISTED,
+    OLD,
+    OTHERS,
+    Group,
+    both_told,
+    closed,
+    document,
+    in_stage,
+    wanted,
+)
 from proof.nameless import said_unlisted as said
 
 
@@ -78,3 +93,28 @@ def test_the_gap_lies_between_the_recalibrated_muscle_and_the_noise():
     assert '| an unlisted effect is flagged | 90 % | 1/1' in text
     assert '| diagnosis | 0.75 | 0.75 | 1 |' in text
     assert '| gelling_resin | 1 | 1 | 1 | 0 | free_stiffness |' in text
+
+
+def test_what_failed_is_counted_and_only_what_was_not_tried_is_left_out(tmp_path):
+    """Of four cases: all done, the diagnosis failed, a method beside it failed, and nothing done yet."""
+    group = Group(tmp_path, ALONE, 4, 1, 2)
+    done = answer([('gelling_resin', 'mechanical')], [('free_stiffness', 'mechanical')])
+    names = [f'case_{k:04d}' for k in range(4)]
+    failed = {('diagnosis', names[1]), ('whiteness_bic', names[2])}
+    for name in names:
+        (group.proof.bags / name).mkdir(parents=True)
+        for way in ('diagnosis', *OTHERS) if name != names[3] else ():
+            folder = group.proof.reports / way / name
+            folder.mkdir(parents=True)
+            if (way, name) in failed:
+                (folder / 'failed').write_text('ValueError: no')
+            else:
+                (folder / 'report.json').write_text(json.dumps(done.report))
+                (folder / 'held_out.json').write_text(json.dumps({'temperature': 0.5 if way in OTHERS else 0.1}))
+    group.proof.labels.write_text(json.dumps({'cases': [done.label | {'case': name} for name in names]}))
+    answers = group.answers()
+    assert [said(a) for a in answers] == [True, False, True]
+    assert [closed(a, 'diagnosis') for a in answers] == pytest.approx([1.0, 0.0, 1.0])
+    text = document({ALONE: answers, BESIDE: [], LISTED: []}, 23)
+    assert '| an unlisted effect is flagged | 90 % | 2/3' in text
+    assert '| a listed name is given instead | at most 25 % | 0/2' in text

@@ -122,6 +122,38 @@ def test_a_missing_report_is_a_failure():
     assert value([Answer({**label, 'kind': 'null'}, None)], 'false physics on nulls') is None
 
 
+@pytest.mark.parametrize(
+    ('kind', 'more', 'score', 'hits', 'n'),
+    [
+        ('null', {'nominal': {'hA': 0.02}}, 'muscles as the lab says: match', 1, 2),
+        (
+            'null',
+            {'nominal': {}, 'verdict': 'wrong_parameters'},
+            'muscles with other parameters: wrong parameters',
+            1,
+            2,
+        ),
+        ('decoy', {}, 'verdict right on decoys', 1, 2),
+        ('decoy', {}, 'decoys named as physics', 0, 1),
+        ('single', {'peak': 0.1}, 'undetectable single: no false name', 1, 1),
+        ('unlisted', {}, 'unlisted given a false name', 0, 1),
+        ('unlisted', {}, 'unlisted flagged', 0, 2),
+    ],
+)
+def test_a_missing_report_is_a_failure_where_something_is_asked_and_not_counted_as_restraint(
+    kind, more, score, hits, n
+):
+    one = answer(kind, [] if kind == 'null' else ['thermocouple_lag'], [], **{'verdict': 'match', **more})
+    found = row([one, Answer(one.label, None)], score)
+    assert (found['hits'], found['n']) == (hits, n)
+
+
+def test_without_a_muscle_all_of_the_recalibrated_error_is_left():
+    answers = [answer('single', ['creep'], [], held_out=held_out, limits=LIMITS) for held_out in (ORACLE, None)]
+    found = row(answers, 'held-out error left, of the recalibrated, median')
+    assert (found['value'], found['n']) == (pytest.approx(0.6), 2)
+
+
 def test_sets_are_matched_one_to_one():
     both = finding('creep', 'friction')
     assert matched([both, finding('friction')], ['friction', 'creep'])
