@@ -1,11 +1,11 @@
 """What a diagnosis has to be better than: other ways to answer the same cases, scored by the same proof.score.
 
-Each begins from the same calibrated muscle, at 500 samples a channel. `recalibration` stops there; `whiteness_bic` adds
-effects of the catalogue while a criterion for white noise falls; `sparse_regression` fits a library of terms to the
-residual; `black_box` corrects the outputs freely and names nothing; `oracle` refits the true effects, and alone reads
-the labels.
+Each begins from the same calibrated muscle, at as many samples a channel as the diagnosis has. `recalibration` stops
+there; `whiteness_bic` adds effects of the catalogue while a criterion for white noise falls; `sparse_regression` fits a
+library of terms to the residual; `black_box` corrects the outputs freely and names nothing; `oracle` refits the true
+effects, and alone reads the labels.
 
-python -m proof.alternatives DIR REPORTS --labels LABELS [--held-out DIR2] [--only NAME]
+python -m proof.alternatives DIR REPORTS --labels LABELS [--held-out DIR2] [--only NAME] [--samples N]
 """
 
 import argparse
@@ -21,6 +21,7 @@ import numpy as np
 
 from proof.tool import (
     HELD_OUT,
+    QUICK,
     REPORT,
     Case,
     Replayed,
@@ -34,6 +35,7 @@ from tcp_muscle_ros.diagnosis.answer.improved import physics_only
 from tcp_muscle_ros.diagnosis.fitting.calibration import left_over_noise
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, fit
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import STROKE
+from tcp_muscle_ros.diagnosis.observation.observe import MOST
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen
 from tcp_muscle_ros.diagnosis.search.refitting import grow
 from tcp_muscle_ros.muscle import EFFECTS, Parameters
@@ -129,14 +131,19 @@ def corrected(replayed: Replayed, correction: Correction) -> Replayed:
 
 
 def run(
-    folder: Path, reports: Path, label: Label, held_out: Path | None = None, names: Sequence[str] = tuple(RUNNERS)
+    folder: Path,
+    reports: Path,
+    label: Label,
+    held_out: Path | None = None,
+    names: Sequence[str] = tuple(RUNNERS),
+    most: int = MOST,
 ) -> str | None:
     """Run alternatives on one case: REPORTS/<name>/<case>/{report.json, improved.yaml, held_out.json}.
 
     One that fails keeps no other from being run. What failed, in one line; None where nothing did.
     """
-    case = Case(folder)
-    unseen = cache(lambda: experiments_of(held_out / case.name, case.nominal, case.most) if held_out else [])
+    case = Case(folder, most)
+    unseen = cache(lambda: experiments_of(held_out / case.name, case.nominal, QUICK) if held_out else [])
 
     def answer(name: str, out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
@@ -163,10 +170,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--labels', type=Path, required=True)
     parser.add_argument('--held-out', type=Path)
     parser.add_argument('--only', choices=list(RUNNERS), action='append')
+    parser.add_argument('--samples', type=int, default=MOST, help='observations a channel (%(default)s)')
     chosen = parser.parse_args(arguments)
     for label in json.loads(chosen.labels.read_text(encoding='utf-8'))['cases']:
         names = chosen.only or tuple(RUNNERS)
-        problem = run(chosen.directory / label['case'], chosen.reports, label, chosen.held_out, names)
+        problem = run(chosen.directory / label['case'], chosen.reports, label, chosen.held_out, names, chosen.samples)
         if problem:
             print(problem, file=sys.stderr)
     return 0

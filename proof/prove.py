@@ -96,7 +96,7 @@ class Proof:
             for label in json.loads(self.labels.read_text(encoding='utf-8'))['cases']
             if not all((self.reports / name / label['case'] / REPORT).is_file() for name in names)
         ]
-        work = partial(_alternatives, self.bags, self.reports, self.unseen, names)
+        work = partial(_alternatives, self.bags, self.reports, self.unseen, names, self.most)
         self._each('alternatives', wanted, work)
 
     def score(self) -> None:
@@ -229,8 +229,10 @@ def _held_out(bags: Path, unseen: Path, reports: Path, name: str) -> str | None:
     return guarded(name, reports / name, work)
 
 
-def _alternatives(bags: Path, reports: Path, unseen: Path, names: Sequence[str], label: dict[str, Any]) -> str | None:
-    return alternatives.run(bags / label['case'], reports, label, unseen, names)
+def _alternatives(
+    bags: Path, reports: Path, unseen: Path, names: Sequence[str], most: int, label: dict[str, Any]
+) -> str | None:
+    return alternatives.run(bags / label['case'], reports, label, unseen, names, most)
 
 
 def _extend(bags: Path, before: Path, labels: Path, extended: Path, reports: Path, most: int, name: str) -> str | None:

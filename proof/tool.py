@@ -21,7 +21,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.unknowns import own_unknowns
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.diagnosis.observation.observe import conditions, prepared
+from tcp_muscle_ros.diagnosis.observation.observe import MOST, conditions, prepared
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Outputs, Parameters
 from tcp_muscle_ros.process.memory import give_back
@@ -34,7 +34,7 @@ from tcp_muscle_ros.settings.parameter_file import ParameterFile, read, write
 from tcp_muscle_ros.settings.rig import read_rig, render_rig
 
 REPORT, HELD_OUT, FAILED = 'report.json', 'held_out.json', 'failed'
-QUICK = 500  # samples a channel for the alternatives and for held-out recordings
+QUICK = 500  # samples a channel of a held-out recording, for the diagnosis and all others
 ROUNDS = 12  # of fitting the start of a held-out recording
 
 
@@ -43,7 +43,7 @@ class Case:
     """The recordings of one case, with what every alternative begins from."""
 
     folder: Path
-    most: int = QUICK
+    most: int = MOST  # samples a channel, as the diagnosis has
 
     @property
     def name(self) -> str:

@@ -53,7 +53,7 @@ def test_what_is_held_out_of_a_muscle_that_wears_comes_after_what_was_recorded(t
     """Its truth goes on wearing; replayed as when it was new, the true muscle itself would be far off."""
     made = make_case('development', 5, 0, 'single', 'fatigue')
     label = write_case(made, tmp_path / 'cases', tmp_path / 'unseen')
-    case = Case(tmp_path / 'cases' / made.name)
+    case = Case(tmp_path / 'cases' / made.name, 500)
     worn = alternatives.oracle(case, label).muscle
     (unseen,) = experiments_of(tmp_path / 'unseen' / made.name, case.nominal, case.most)
     now, new = (errors([replay(unseen, worn, before)])['displacement'] for before in (case.experiments, ()))
@@ -129,6 +129,19 @@ def test_a_case_that_came_to_nothing_does_not_end_the_score(tmp_path):
     assert proof.answered('diagnosis') == 5
     (proof.reports / 'diagnosis' / 'case_0004' / 'report.json').unlink()
     assert proof.answered('diagnosis') == 2
+
+
+def test_the_other_methods_have_as_many_samples_as_the_diagnosis(tmp_path, monkeypatch):
+    proof, had = prove.Proof('development', 1, 1, tmp_path, 1, 320), []
+    proof.labels.write_text(json.dumps({'cases': [{'case': 'case_0000'}]}))
+    monkeypatch.setattr(proof, '_each', lambda title, items, work: [work(item) for item in items])
+    quick = alternatives.Outcome((), Case(tmp_path).nominal)
+    monkeypatch.setattr(
+        alternatives, 'RUNNERS', {'oracle': lambda case, label: had.append((case.name, case.most)) or quick}
+    )
+    monkeypatch.setattr(alternatives, 'experiments_of', lambda *_: [])
+    proof.alternatives(['oracle'])
+    assert had == [('case_0000', 320)]
 
 
 def test_a_case_that_failed_last_is_scored_until_it_is_tried_again(tmp_path, monkeypatch):
