@@ -2,7 +2,7 @@
 
 python -m proof.probability RUN [RUN ...]                 a table of what was stated and how often it was right
 python -m proof.probability RUN [RUN ...] --fit           the weights that these runs ask for, judged on cases left out
-python -m proof.probability RUN [RUN ...] --rescale       those in force, scaled and shifted as these runs ask
+python -m proof.probability RUN [RUN ...] --rescale       those of the last fit, scaled and shifted as these runs ask
 python -m proof.probability RUN [RUN ...] --fit --write   and written to config/policy.yaml (--rescale too)
 python -m proof.probability RUN [RUN ...] --document      docs/probabilities.md and its figure
 python -m proof.probability RUN [RUN ...] --restated ...  as the weights in force state what an earlier diagnosis found
@@ -18,6 +18,7 @@ import argparse
 import json
 import re
 import sys
+import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
@@ -33,10 +34,11 @@ from proof.rates import wilson
 from proof.tool import REPORT
 from tcp_muscle_ros.diagnosis.answer.probability import NAMELESS, TERMS, probability
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.files import yaml_text
 from tcp_muscle_ros.muscle import EFFECTS
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
 from tcp_muscle_ros.report.style import AFTER, OTHER, canvas
-from tcp_muscle_ros.settings.policy import ODDS, SHIPPED, shipped
+from tcp_muscle_ros.settings.policy import FITTED, ODDS, SHIPPED, shipped
 
 ROOT = Path(__file__).parents[1]
 PAGE, FIGURE = ROOT / 'docs' / 'probabilities.md', ROOT / 'docs' / 'images' / 'probabilities.png'
@@ -44,6 +46,7 @@ _RIDGE = 1.0  # of the weights but the constant: a prior of standard deviation 1
 _PARTS = 10  # of the cases, each judged by the weights of the others
 _BINS = 8  # of equal count
 _NEAR = 1e-4  # to 0 and 1, for the log score
+_THEN = '; scaled on '  # between what weights were fitted on and what they were scaled on
 
 
 @dataclass(frozen=True)
@@ -229,14 +232,31 @@ def draw(stated: Sequence[float], right: Sequence[bool], path: Path) -> None:
     figure.savefig(path, dpi=110)
 
 
-def write_weights(weights: Mapping[str, float], runs: Sequence[str], path: Path = SHIPPED) -> None:
-    """The weights in the policy's file, where they are its last entry; all else stays as it is written."""
-    content = path.read_text(encoding='utf-8')
-    block = ''.join(f'    {name}: {weight}\n' for name, weight in weights.items())
-    today = datetime.now(timezone.utc).date().isoformat()
-    new = re.sub(r'(\n' + ODDS + r':\n  value:\n)(    \S+: \S+\n)+', lambda m: m.group(1) + block, content)
-    by = f'set_by: ./scripts/calibrate on {", ".join(runs)}; {today}\n'
-    new = re.sub(r'set_by: \./scripts/calibrate.*\n$', by, new)
+def last_fit(path: Path) -> tuple[dict[str, float], str]:
+    """The weights of the policy's file before they were scaled, and what they were fitted on."""
+    content: Any = yaml_text.parse(path.read_text(encoding='utf-8'))
+    return content[ODDS][FITTED], content[ODDS]['set_by'].split(_THEN)[0]
+
+
+def told(runs: Sequence[Path]) -> str:
+    """The runs, with how many of their cases were diagnosed, and the day."""
+    each = []
+    for run in runs:
+        cases = json.loads((run / 'labels.json').read_text(encoding='utf-8'))['cases']
+        each.append(f'{run.name} ({sum(1 for _ in answered(run))} of {len(cases)} cases)')
+    return f'{", ".join(each)}; ./scripts/calibrate, {datetime.now(timezone.utc).date().isoformat()}'
+
+
+def write_weights(weights: Mapping[str, float], fit: Mapping[str, float], by: str, path: Path) -> None:
+    """The weights in the policy's file, with those of the ``fit`` that they were scaled from, and what they are set
+    ``by``. They are its last entry; all else stays as it is written."""
+    value, before = (''.join(f'    {name}: {weight}\n' for name, weight in of.items()) for of in (weights, fit))
+    why = textwrap.fill(by, 118, initial_indent='    ', subsequent_indent='    ', break_on_hyphens=False)
+    new = re.sub(
+        rf'(?<=\n{ODDS}:\n  value:\n)(?:    .*\n)+((?:  .*\n)*?)  set_by: >-\n(?:    .*\n)+  {FITTED}:\n(?:    .*\n)+$',
+        lambda match: f'{value}{match.group(1)}  set_by: >-\n{why}\n  {FITTED}:\n{before}',
+        path.read_text(encoding='utf-8'),
+    )
     path.write_text(new, encoding='utf-8')
 
 
@@ -297,7 +317,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='python -m proof.probability', description=__doc__.splitlines()[0])
     parser.add_argument('runs', nargs='+', type=Path, help='folders of ./scripts/prove')
     parser.add_argument('--fit', action='store_true', help='weights for these runs, judged on cases left out')
-    parser.add_argument('--rescale', action='store_true', help='the weights in force, scaled and shifted')
+    parser.add_argument('--rescale', action='store_true', help='the weights of the last fit, scaled and shifted')
     parser.add_argument('--write', action='store_true', help='with --fit or --rescale: to config/policy.yaml')
     parser.add_argument('--restated', action='store_true', help='by the weights in force, from the evidence')
     parser.add_argument('--document', action='store_true', help='docs/probabilities.md and its figure')
@@ -305,7 +325,8 @@ def main(arguments: list[str] | None = None) -> int:
     one_of_linear_algebra()
     runs = [run.name for run in chosen.runs]
     fits = chosen.fit or chosen.rescale
-    weigh: Weigh = partial(rescaled, before=shipped().odds) if chosen.rescale else fitted
+    fit, fitted_on = last_fit(SHIPPED)
+    weigh: Weigh = partial(rescaled, before=fit) if chosen.rescale else fitted
     try:
         if fits and any(name.startswith('sealed') for name in runs):
             raise BadInput('--fit: weights are never fitted to a sealed suite; expected outside, development or varied')
@@ -322,7 +343,9 @@ def main(arguments: list[str] | None = None) -> int:
         weights = weigh(judged) | odds_of(counts)
         print('\n' + '\n'.join(f'{name}: {weight}' for name, weight in weights.items()))
         if chosen.write:
-            write_weights(weights, runs)
+            by = f'{fitted_on}{_THEN}' if chosen.rescale else 'fitted on '
+            fit = fit if chosen.rescale else {name: weights[name] for name in TERMS}
+            write_weights(weights, fit, by + told(chosen.runs), SHIPPED)
     if chosen.document:
         PAGE.write_text(document(judged, runs, counts, chosen.restated), encoding='utf-8')
         draw([one.stated for one in judged], right, FIGURE)

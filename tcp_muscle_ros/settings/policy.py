@@ -15,6 +15,7 @@ from tcp_muscle_ros.files import yaml_text
 SHIPPED = Path(__file__).resolve().parent.parent / 'config' / 'policy.yaml'
 ODDS = 'odds'  # the one entry that is a table
 SAID = ('value', 'unit', 'meaning', 'set_by')  # of each number
+FITTED = 'fitted'  # of the table: its weights before they were scaled
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from proof.probability import (
     Judged,
     bins,
     fitted,
+    last_fit,
     left_out,
     main,
     odds_of,
@@ -146,11 +147,30 @@ def test_weights_are_written_and_all_else_stays(tmp_path):
     path = tmp_path / 'policy.yaml'
     path.write_text(SHIPPED.read_text(encoding='utf-8'), encoding='utf-8')
     weights = {name: round(0.1 * k, 2) for k, name in enumerate((*TERMS, *NAMELESS))}
-    write_weights(weights, ['varied-108-1'], path)
+    write_weights(weights, TRUE_WEIGHTS, 'fitted on varied-108-1', path)
     assert read_policy(path).odds == weights
+    assert last_fit(path) == (TRUE_WEIGHTS, 'fitted on varied-108-1')
     before, after = (yaml.safe_load(p.read_text(encoding='utf-8')) for p in (SHIPPED, path))
     assert {k: v for k, v in before.items() if k != 'odds'} == {k: v for k, v in after.items() if k != 'odds'}
-    assert 'varied-108-1' in after['odds']['set_by']
+    assert all(before['odds'][key] == after['odds'][key] for key in ('unit', 'meaning'))
+
+
+def test_weights_that_are_scaled_again_on_the_same_muscles_stay(run, tmp_path, monkeypatch):
+    path = tmp_path / 'policy.yaml'
+    path.write_text(SHIPPED.read_text(encoding='utf-8'), encoding='utf-8')
+    monkeypatch.setattr(module, 'SHIPPED', path)
+    fit, written = last_fit(path), []
+    for _ in range(2):
+        assert main([str(run), '--rescale', '--write']) == 0
+        written.append(path.read_text(encoding='utf-8'))
+    assert written[0] == written[1] != SHIPPED.read_text(encoding='utf-8')
+    assert last_fit(path) == fit
+    by = yaml.safe_load(written[0])['odds']['set_by']
+    assert by.startswith(f'{fit[1]}; scaled on {run.name} (2 of 2 cases); ')
+    assert main([str(run), '--fit', '--write']) == 0
+    weights, by = last_fit(path)
+    assert weights == {name: read_policy(path).odds[name] for name in TERMS}
+    assert by.startswith(f'fitted on {run.name} (2 of 2 cases); ')
 
 
 def test_the_page_has_its_figure(run, tmp_path, monkeypatch):
