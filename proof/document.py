@@ -54,6 +54,8 @@ tuned on the suites `development` and `varied`, which have other seeds and two o
 A rate is given with its 95 % interval after Wilson. An effect is *detectable* if it remains above the noise after the
 paper's parameters are fitted again (in its strongest 10 s as large as the noise, root mean square, and over all
 recordings a signal of ten times the noise, by the noise's own colour). Rates of naming count detectable effects only.
+A case whose diagnosis failed is a failure wherever something was to be found or said. Where restraint is asked it is
+not counted, for silence without a report is no proof of it.
 
 *Held-out gap closed* compares errors on a recording that no method was given. Its currents are in no other recording,
 and its loads lie between those of the others. 0 is the error of the recalibrated muscle, 1 that of the oracle, which
@@ -61,9 +63,10 @@ is told the true effect and fits it in the form of the catalogue. All methods ar
 and compared on at most 500 a channel of that recording. What a recording brings of its own is fitted on it: the room
 temperature, the temperature at the start, the states of all effects at the start, and the zeros of displacement and
 force. The muscles of the diagnosis are replayed as `tcp_muscle replay` does it. That may also move when the drive
-switched between two samples, and fits none of all this where that gains no more than chance. Errors are root mean
-squares over the channels in units of their noise. Cases count if the recalibrated error is more than 1.1 times the
-oracle's. A diagnosis that failed closes nothing of the gap, and leaves all of the error.
+switched between two samples, and takes the recording as it was read where all this gains no more than chance. Errors
+are root mean squares over the channels in units of their noise. Cases count if the recalibrated error is more than 1.1
+times the oracle's. A diagnosis that failed closes nothing of the gap and leaves all of the error. It is not asked
+whether it made the error worse.
 
 *90 % intervals that cover* counts every interval that a report states of a parameter of the paper's model, whatever
 the report names: one that misses because the answer is wrong has missed. Left out is only a parameter that means
