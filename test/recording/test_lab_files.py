@@ -372,6 +372,53 @@ def test_a_line_of_words_among_the_rows_parts_no_run_unless_it_names_one(tmp_pat
     assert len(lab_text(tmp_path, 't (s),T (degC)', rows=[*rows, 'reset', *rows])) == 2
 
 
+def gapped(lines, rows, word, keep):
+    """Lines with a word in place of the numbers of some rows, but for the first ``keep`` of each."""
+    cells = [line.split(',') for line in lines]
+    return [','.join(c[:keep] + [word] * (len(c) - keep)) if k in rows else ','.join(c) for k, c in enumerate(cells)]
+
+
+@pytest.mark.parametrize('keep', [1, 2])
+@pytest.mark.parametrize('word', ['NaN', 'ERR', '#DIV/0!', ''])
+@pytest.mark.parametrize(
+    'rows', [{54}, {30}, {30, 31, 32, 33}, {0, 1}, {k for k in range(60) if k % 5 < 4}], ids=lambda rows: str(len(rows))
+)
+def test_rows_without_numbers_are_gaps_in_a_run_and_end_none(tmp_path, rows, word, keep):
+    whole = [f'{k / 2:.1f},{k % 7 / 10},{23 + k / 10:.1f},{k / 50},{14 + k / 100:.2f}' for k in range(60)]
+    heads = 't (s),I (A),T (degC),Stroke (mm),R (ohm)'
+    (recording,) = imported_text(tmp_path, heads, gapped(whole, rows, word, keep))
+    has = [k for k in range(60) if k not in rows]
+    np.testing.assert_allclose(recording['resistance'].time, np.array(has) / 2)
+    np.testing.assert_allclose(recording['resistance'].value, 14 + np.array(has) / 100)
+    assert f'resistance: {len(rows)} of 60 rows have no number' in recording.notes
+    assert len(recording['current']) == (60 if keep > 1 else len(has))
+
+
+def test_rows_with_one_of_two_loggers_each_are_a_table_whatever_stands_for_nothing(tmp_path):
+    rows = [f'{k / 2:.1f},{k % 7 / 10},nan,nan' if k % 2 else f'{k / 2:.1f},nan,{23 + k},{14 + k}' for k in range(60)]
+    (recording,) = imported_text(tmp_path, 't (s),I (A),T (degC),R (ohm)', rows)
+    assert len(recording['current']) == len(recording['temperature']) == 30
+
+
+def imported_text(tmp_path, heads, rows):
+    """The recordings of a file without a map."""
+    (tmp_path / 'run.csv').write_text('\n'.join([heads, *rows]) + '\n')
+    return imported(tmp_path / 'run.csv', tmp_path)
+
+
+def test_a_number_alone_between_two_runs_is_no_time_of_either(tmp_path):
+    rows = [f'{k / 2:.1f},{k % 7 / 10},{23 + k / 10:.1f}' for k in range(60)]
+    first, second = imported_text(tmp_path, 't (s),I (A),T (degC)', [*rows, '17,,', *rows])
+    assert first.duration == second.duration == 29.5
+
+
+def test_a_run_that_is_left_out_since_it_is_short_is_said_to_be(tmp_path):
+    heads, rows = 't (s),I (A),T (degC)', [f'{k / 2:.1f},{k % 7 / 10},{23 + k / 10:.1f}' for k in range(60)]
+    for lines in ([*rows[:5], '', heads, *rows], [*rows, '', heads, *rows[:5]]):
+        (run,) = lab_text(tmp_path, heads, rows=lines)
+        assert [note for note in run.notes if 'are left out: a run that is far shorter' in note]
+
+
 def test_where_the_newest_row_stands_first_the_rows_are_turned(tmp_path):
     rows = [f'2024-03-14 09:{k // 60:02d}:{k % 60:02d},{23 + k / 10},{0.27 * (k > 20)}' for k in range(90)]
     path = tmp_path / 'run.csv'

@@ -13,6 +13,7 @@ _ORIGIN = 730120  # 1 January 2000, from which seconds are counted: a double kee
 # What instruments print where they have no number; nothing to be said of them.
 NO_NUMBER = frozenset({'', 'nan', '-nan', 'na', 'n/a', '#n/a', 'null', 'none', '-', '--', '---', '----', '#nv'})
 
+_ERROR = re.compile(r'#\S+[!?]')  # what a spreadsheet shows for a formula that fails: #DIV/0!
 _NUMBER = re.compile(r'([+-]?\s*(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?')
 _POINT = re.compile(r'[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?')
 # No group of thousands begins with a zero: 0,100 is a tenth.
@@ -127,6 +128,11 @@ def is_time(cell: str) -> bool:
         or day(cell, 'mdy') is not None
         or any(stamp(cell, order) is not None for order in ('dmy', 'mdy'))
     )
+
+
+def is_none(cell: str) -> bool:
+    """Is it what stands there where there is no number? A word such as ERR or OL, which may be any, is not."""
+    return cell.lower() in NO_NUMBER or _ERROR.fullmatch(cell) is not None
 
 
 def is_value(cell: str) -> bool:

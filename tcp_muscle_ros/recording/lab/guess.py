@@ -44,10 +44,15 @@ def guess(path: Path) -> list[DraftRun]:
     """The runs of a lab file. BadInput: one line that says what cannot be told from it."""
     runs: list[DraftRun] = []
     without: list[tuple[Table, BadInput]] = []
+    notes: list[str] = []
     for sheet in sheets_of(path):
-        for table in _joined(find_tables(sheet.grid), sheet):
+        tables = _joined(find_tables(sheet.grid), sheet)
+        most = max((len(table.rows) for table in tables), default=0)
+        for table in tables:
             found = _runs_of(table, sheet.layout, path)
-            if isinstance(found, BadInput):
+            if len(table.rows) < SHARE * most:
+                notes += [] if isinstance(found, BadInput) else [_too_short(table)]
+            elif isinstance(found, BadInput):
                 without.append((table, found))
             else:
                 runs += found
@@ -57,10 +62,17 @@ def guess(path: Path) -> list[DraftRun]:
             raise why
     if without:
         sheets = ', '.join(dict.fromkeys(f"'{table.sheet}'" for table, _ in without))
-        runs[0] = replace(runs[0], notes=(*runs[0].notes, f'sheets that hold no run are left out: {sheets}'))
+        notes.append(f'sheets that hold no run are left out: {sheets}')
     if not runs:
         raise BadInput(f'{path}: no table of numbers in it; expected a row of headings and rows of numbers below it')
+    runs[0] = replace(runs[0], notes=(*runs[0].notes, *notes))
     return _named(runs, path)
+
+
+def _too_short(table: Table) -> str:
+    first, last = table.rows[0].number, table.rows[-1].number
+    sheet = f" of sheet '{table.sheet}'" if table.sheet else ''
+    return f'rows {first} to {last}{sheet} are left out: a run that is far shorter than the longest'
 
 
 def _joined(tables: list[Table], sheet: LabSheet) -> list[Table]:

@@ -4,8 +4,9 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
-from tcp_muscle_ros.recording.lab.cells import is_value
+from tcp_muscle_ros.recording.lab.cells import clock, is_none, is_value, number, stamp
 from tcp_muscle_ros.recording.lab.grid import Grid, Row, joined_headings
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
 
@@ -46,34 +47,67 @@ class Table:
 
 
 def find_tables(grid: Grid) -> list[Table]:
-    """The tables of a sheet, from above to below. One without headings of its own has those of the one before."""
+    """The tables of a sheet, from above to below. One without headings of its own has those of the one before.
+
+    Short ones are among them; one with headings of its own counts among what is written above the next.
+    """
     blocks = [block for block in _blocks(grid.rows) if block[1] - block[0] >= _LEAST]
     longest = max((last - first for first, last in blocks), default=0)
     found: list[Table] = []
+    before: Table | None = None
     end = 0
     for first, last in blocks:
-        if last - first < SHARE * longest:
-            continue
-        found.append(_table(grid, first, last, end, found[-1] if found else None))
-        end = last
+        found.append(_table(grid, first, last, end, before))
+        is_rest = before is not None and found[-1].above == before.above
+        if is_rest or last - first >= SHARE * longest:
+            before, end = found[-1], last
     return found
 
 
 def _blocks(rows: Sequence[Row]) -> Iterator[tuple[int, int]]:
-    """Stretches of rows of numbers, [first, last)."""
+    """Stretches of rows of numbers, [first, last), with the gaps in them and before them."""
     columns = [_values(row) for row in rows]
     common = _common([found for found in columns if found])
-    first = None
-    for k, (row, found) in enumerate(zip(rows, columns, strict=True)):
-        filled = sum(1 for cell in row.cells if cell)
-        good = bool(found & common) and 2 * len(found) >= filled and (len(found) > 1 or len(common) == 1)
-        if good and first is None:
-            first = k
-        elif not good and first is not None:
-            yield first, k
-            first = None
-    if first is not None:
-        yield first, len(rows)
+    full = [_is_full(row, found, common) for row, found in zip(rows, columns, strict=True)]
+    of_table = [good or _is_gap(rows, k, columns[k], common) for k, good in enumerate(full)]
+    for inside, stretch in groupby(range(len(rows)), key=of_table.__getitem__):
+        within = list(stretch)
+        if inside and any(full[k] for k in within):
+            yield within[0], max(k for k in within if full[k] or len(columns[k]) > 1) + 1
+
+
+def _is_full(row: Row, found: frozenset[int], common: frozenset[int]) -> bool:
+    """Are most of its cells numbers, but for those that say that there is none?"""
+    filled = sum(1 for cell in row.cells if not is_none(cell))
+    return bool(found & common) and 2 * len(found) >= filled and (len(found) > 1 or len(common) == 1)
+
+
+def _is_gap(rows: Sequence[Row], k: int, found: frozenset[int], common: frozenset[int]) -> bool:
+    """Is it a row of a table with its first column, the time, and little else: with nothing, or one word, as ERR, in
+    place of numbers?
+
+    A line of a program has several words, or leaves columns empty. A number alone must follow that of the row before.
+    """
+    cells, lead = rows[k].cells, min(common, default=0)
+    beside = [rows[j].cells if 0 <= j < len(rows) else () for j in (k - 1, k + 1)]
+    if lead not in found or len(cells) not in map(len, beside):
+        return False
+    words = {cell for j, cell in enumerate(cells) if j not in found and not is_none(cell)}
+    if words:
+        return len(words) == 1 and all(cells[j] for j in common if j < len(cells))
+    if any(cell for j, cell in enumerate(cells) if j not in found):
+        return True
+    before, after = (other[lead] if lead < len(other) else '' for other in beside)
+    return _is_between(before if is_value(before) else cells[lead], cells[lead], after)
+
+
+def _is_between(before: str, cell: str, after: str) -> bool:
+    """Does a number or a time follow one and precede the other?"""
+    for read in (number, lambda text: number(text, ','), clock, lambda text: stamp(text, 'dmy')):
+        values = [value for text in (before, cell, after) if (value := read(text)) is not None]
+        if len(values) == 3:
+            return values == sorted(values)
+    return False
 
 
 def _values(row: Row) -> frozenset[int]:
