@@ -406,6 +406,30 @@ def imported_text(tmp_path, heads, rows):
     return imported(tmp_path / 'run.csv', tmp_path)
 
 
+@pytest.mark.parametrize('remark', ['"fan off', '"'])
+@pytest.mark.parametrize(
+    ('at', 'count'), [({20}, 60), ({20, 30}, 60), ({20, 59}, 60), (set(range(20, 40)), 60), ({20}, 6000)]
+)
+def test_a_quotation_mark_that_nobody_closes_swallows_no_rows(tmp_path, at, count, remark):
+    rows = [f'{k / 10:.1f},{k % 7 / 10},{23 + k / 1000:.3f},' + remark * (k in at) for k in range(count)]
+    (recording,) = imported_text(tmp_path, 't (s),I (A),T (degC),remark', rows)
+    assert len(recording['temperature']) == count
+    assert recording['temperature'].value[-1] == pytest.approx(296.15 + (count - 1) / 1000)
+
+
+def test_a_quotation_mark_that_nobody_closes_may_stand_in_any_column(tmp_path):
+    rows = [f'{k / 10:.1f},{chr(34) if k == 20 else ""}on,{k % 7 / 10},{23 + k / 10:.1f}' for k in range(60)]
+    (recording,) = imported_text(tmp_path, 't (s),fan,I (A),T (degC)', rows)
+    assert len(recording['temperature']) == 60
+
+
+def test_a_remark_in_quotes_may_have_several_lines(tmp_path):
+    rows = [f'{k / 10:.1f},{k % 7 / 10},{23 + k / 10:.1f},' + '"fan off,\n3 of 4,\n5"' * (k == 20) for k in range(60)]
+    heads = '"t\n(s)","I\n(A)","T\n(degC)",remark'
+    (recording,) = imported_text(tmp_path, heads, rows)
+    assert len(recording['temperature']) == 60
+
+
 def test_a_number_alone_between_two_runs_is_no_time_of_either(tmp_path):
     rows = [f'{k / 2:.1f},{k % 7 / 10},{23 + k / 10:.1f}' for k in range(60)]
     first, second = imported_text(tmp_path, 't (s),I (A),T (degC)', [*rows, '17,,', *rows])

@@ -150,12 +150,49 @@ def _split(lines: list[str], separator: str) -> Iterator[Row]:
         for k, line in enumerate(lines, 1):
             yield Row(k, _monitored(words_of(line.lstrip('#% ')), line, monitored))
         return
-    reader = csv.reader(io.StringIO('\n'.join(lines)), delimiter=separator, skipinitialspace=True)
-    for cells in reader:
+    for k, cells in _records(lines, separator):
         texts = [cell.strip() for cell in cells]
-        if texts and not reader.line_num > 1:
+        if texts and not k > 1:
             texts[0] = texts[0].lstrip('#% ')
-        yield Row(reader.line_num, _monitored(texts, ','.join(cells), monitored))
+        yield Row(k, _monitored(texts, ','.join(cells), monitored))
+
+
+def _records(lines: list[str], separator: str) -> Iterator[tuple[int, list[str]]]:
+    """The cells of each row, with the number of its last line: cells in quotes may go over several.
+
+    They hold no rows of numbers. Where they would, a quotation mark stands alone in a remark, and each line is a row.
+    """
+    reader = csv.reader(io.StringIO('\n'.join(lines)), delimiter=separator, skipinitialspace=True)
+    last = 0
+    while True:
+        first, cells = last, None
+        try:
+            cells = next(reader)
+        except StopIteration:
+            return
+        except csv.Error:  # a cell that goes on and on
+            pass
+        last = reader.line_num
+        if cells is None or (last - first > 1 and _holds_rows(lines[first:last], separator)):
+            yield from ((k + 1, _one_line(lines[k], separator)) for k in range(first, last))
+        else:
+            yield last, cells
+
+
+def _holds_rows(lines: list[str], separator: str) -> bool:
+    """Is one of the lines after the first a row of numbers, as wide as the first but for a remark?"""
+    first, *others = (_one_line(line, separator) for line in lines)
+    return any(
+        len(cells) >= max(len(first) - 1, 2) and 2 * sum(map(is_value, cells)) > sum(map(bool, cells))
+        for cells in others
+    )
+
+
+def _one_line(line: str, separator: str) -> list[str]:
+    """The cells of a line, in which a quotation mark that none closes is a sign as any other."""
+    alone = line.count('"') % 2
+    cells = line.split(separator) if alone else next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    return [cell.strip().strip('"') for cell in cells]
 
 
 def _monitored(cells: list[str], line: str, monitored: bool) -> tuple[str, ...]:
