@@ -795,6 +795,26 @@ def test_one_value_below_one_makes_the_commas_of_a_file_decimal_ones(tmp_path):
     assert recording['temperature'].value[0] == pytest.approx(273.15 + 23.1)
 
 
+@pytest.mark.parametrize(
+    ('line', 'first'),
+    [
+        ('{t:.1f}\t{i:,.0f}\t{T:.2f}', 1.25),  # mA, with points beside it
+        ('{t:.0f}\t{i:,.0f}\t{T:.0f}', 1.25),  # with smaller ones beside it
+        ('{t:.1f};{i:,.0f};{T:.2f}', 1.25),
+        ('{t:.0f};{R:.3f};{T:.0f}', 0.014001),  # German, without a sure decimal comma
+        ('{t:.0f}\t{R:.3f}\t{R:.3f}', 0.014001),
+        ('{t:.1f};{R:.3f};{T:.2f}', 0.014001),
+    ],
+)
+def test_commas_of_thousands_are_no_decimal_ones(tmp_path, line, first):
+    german = '{R' in line
+    rows = [line.format(t=k, i=1250 if k % 2 == 0 else 995, R=14.001 + k / 1000, T=23 + k) for k in range(40)]
+    rows = [row.replace('.', ',') for row in rows] if german else rows
+    separator = ';' if ';' in line else '\t'
+    (recording,) = imported_text(tmp_path, separator.join(['t (s)', 'I (mA)', 'T (degC)']), rows)
+    assert recording['current'].value[0] == pytest.approx(first)
+
+
 def test_columns_with_decimal_commas_stand_beside_such_with_points(tmp_path):
     rows = [f'{k / 10:.1f};{13.993 + k / 1000:.3f};{f"{23 + k / 10:.2f}".replace(".", ",")}' for k in range(40)]
     path = tmp_path / 'run.csv'

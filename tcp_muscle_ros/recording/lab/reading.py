@@ -13,6 +13,8 @@ from tcp_muscle_ros.recording.lab.grid import Grid, Layout
 from tcp_muscle_ros.recording.lab.long_form import LongForm, long_form_of, wide
 from tcp_muscle_ros.recording.lab.text_file import encoding_of, read_grid, read_lines, separator_of
 
+_SOME = 0.2  # of the cells of a column, that are more than what stands above its table
+
 
 @dataclass(frozen=True)
 class LabSheet:
@@ -64,15 +66,25 @@ def with_decimal(layout: Layout, grid: Grid) -> Layout:
 
 
 def _decimal(grid: Grid, separator: str) -> str:
-    """A comma where that of a column is one; columns with points may stand beside it."""
-    columns = zip_longest(*(row.cells for row in grid.rows), fillvalue='')
-    return ',' if any(_has_commas(column, separator) for column in columns) else '.'
+    """A comma where that of a column is one; columns with points may stand beside it.
+
+    Where commas separate no cells, 1,234 has a decimal one too, unless what stands beside it tells otherwise: points
+    in other columns, or in its own such numbers as have none.
+    """
+    columns = list(zip_longest(*(row.cells for row in grid.rows), fillvalue=''))
+    shown = [Counter(map(decimal_in, column)) for column in columns]
+    if any(counts[','] > counts['.'] for counts in shown):
+        return ','
+    points = any(counts['.'] > _SOME * _filled(column) for column, counts in zip(columns, shown, strict=True))
+    return ',' if separator != ',' and not points and any(map(_may_have_commas, columns)) else '.'
 
 
-def _has_commas(column: Sequence[str], separator: str) -> bool:
-    """Are there more decimal commas than points? 1,234 may have one where commas separate no cells."""
-    counts: Counter[str | None] = Counter()
-    for cell in column:
-        either = separator != ',' and ',' in cell and number(cell, ',') is not None
-        counts[',' if either else decimal_in(cell)] += 1
-    return counts[','] > counts['.']
+def _may_have_commas(column: Sequence[str]) -> bool:
+    """Have its numbers commas that may be decimal ones, and few of them, but for zeros, no mark at all?"""
+    numbers = [cell for cell in column if number(cell, ',')]
+    bare = sum(',' not in cell and '.' not in cell for cell in numbers)
+    return any(',' in cell for cell in numbers) and bare <= _SOME * len(numbers)
+
+
+def _filled(column: Sequence[str]) -> int:
+    return sum(map(bool, column))
