@@ -815,6 +815,42 @@ def test_commas_of_thousands_are_no_decimal_ones(tmp_path, line, first):
     assert recording['current'].value[0] == pytest.approx(first)
 
 
+def long_form(times, devices=('',)):
+    """One reading a row: of two names, at each time, of each device."""
+    return [
+        f'{t},{device},{name},{value + k}'
+        for k, t in enumerate(times)
+        for device in devices
+        for name, value in (('current_A', 0.1), ('temperature_C', len(device) + 23.0))
+    ]
+
+
+@pytest.mark.parametrize(
+    ('rows', 'said'),
+    [
+        (
+            long_form([k // 5 for k in range(60)]),
+            "rows 2 and 4 both read 'current_A' at '0', 0.1 and 1.1; give the times more digits",
+        ),
+        (
+            long_form(range(60), ['tcp', 'tcp2']),
+            "rows 3 and 5 both read 'temperature_C' at '0', 26.0 and 27.0; they differ in 'device' (tcp, tcp2): keep one",
+        ),
+    ],
+)
+def test_readings_of_one_time_that_differ_are_refused_and_what_tells_them_apart_is_named(tmp_path, rows, said):
+    with pytest.raises(BadInput, match=re.escape(said)):
+        lab_text(tmp_path, 'time_s,device,field,value', rows=rows)
+
+
+def test_a_reading_twice_in_one_second_is_left_out_and_one_that_is_repeated_is_none(tmp_path):
+    rows = long_form([k - (k == 50) for k in range(120)])
+    for repeats, left_out in (([], 2), (rows[:40], 2)):
+        (recording,) = imported_text(tmp_path, 'time_s,device,field,value', [*rows, *repeats])
+        assert len(recording['current']) == 119 and recording['current'].value[49] == 50.1
+        assert [note for note in recording.notes if note.startswith(f'{left_out} reading(s) are left out')]
+
+
 def test_columns_with_decimal_commas_stand_beside_such_with_points(tmp_path):
     rows = [f'{k / 10:.1f};{13.993 + k / 1000:.3f};{f"{23 + k / 10:.2f}".replace(".", ",")}' for k in range(40)]
     path = tmp_path / 'run.csv'

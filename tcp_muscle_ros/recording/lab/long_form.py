@@ -6,7 +6,9 @@ They become tables with a column for each name, sorted by time.
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.recording.lab.cells import is_value, number, stamp
 from tcp_muscle_ros.recording.lab.grid import Grid, Row
 from tcp_muscle_ros.recording.lab.headings import meaning
@@ -18,6 +20,7 @@ VALUES = frozenset(['_value', 'value', 'wert', 'valeur', 'valor', 'reading', 'me
 _ABOVE = 200  # rows, among which the headings are
 _MOST = 30  # names
 _FEWEST = 3  # readings of each
+_SELDOM = 0.02  # of the readings, that may come in the same second as another by chance
 
 
 @dataclass(frozen=True)
@@ -50,20 +53,44 @@ def _varies(heading: str, cells: Iterable[str]) -> bool:
     return meaning(heading).kind == 'time' and len(set(cells)) > 1
 
 
-def wide(grid: Grid, form: LongForm) -> Grid:
-    """A long table as one with a column for each name. Its headings are row 0, which the file does not have."""
+def wide(grid: Grid, form: LongForm, path: Path) -> Grid:
+    """A long table as one with a column for each name. Its headings are row 0, which the file does not have.
+
+    Of readings of one name that have the same time and differ, the last counts. BadInput: there are many such.
+    """
     heads = next(row for row in grid.rows if {form.time, form.name, form.value} <= set(row.cells))
     at, name, value = (heads.cells.index(heading) for heading in (form.time, form.name, form.value))
     below = [row for row in grid.rows if row.number > heads.number and len(row.cells) == len(heads.cells)]
     names = list(dict.fromkeys(row.cells[name] for row in below))
-    found: dict[str, tuple[int, dict[str, str]]] = {}
+    found: dict[str, dict[str, Row]] = {}
+    twice: list[tuple[Row, Row]] = []
     for row in below:
-        found.setdefault(row.cells[at], (row.number, {}))[1][row.cells[name]] = row.cells[value]
+        of_time = found.setdefault(row.cells[at], {})
+        before = of_time.setdefault(row.cells[name], row)
+        if before.cells[value] != row.cells[value]:
+            twice.append((before, row))
+            of_time[row.cells[name]] = row
+    if len(twice) > _SELDOM * len(below):
+        raise BadInput(f'{path}: {_clash(*twice[0], heads, (at, name, value))}')
     rows = [
-        Row(k, (time, *(found[time][1].get(each, '') for each in names)))
+        Row(k, (time, *(found[time][each].cells[value] if each in found[time] else '' for each in names)))
         for k, time in enumerate(_sorted(list(found)), heads.number + 1)
     ]
-    return replace(grid, rows=(Row(0, (form.time, *names)), *rows))
+    note = f'{len(twice)} reading(s) are left out, for a later one of the same name has the same time'
+    notes = (*grid.notes, note) if twice else grid.notes
+    return replace(grid, rows=(Row(0, (form.time, *names)), *rows), notes=notes)
+
+
+def _clash(one: Row, other: Row, heads: Row, used: tuple[int, int, int]) -> str:
+    """What is wrong with two readings of one name that have the same time, and how to mend it."""
+    at, name, value = used
+    differ = [k for k, cell in enumerate(heads.cells) if k not in used and cell and one.cells[k] != other.cells[k]]
+    apart = ', '.join(f"'{heads.cells[k]}' ({one.cells[k]}, {other.cells[k]})" for k in differ)
+    mend = f'they differ in {apart}: keep one of these, or give' if apart else 'give'
+    return (
+        f"rows {one.number} and {other.number} both read '{one.cells[name]}' at '{one.cells[at]}', "
+        f'{one.cells[value]} and {other.cells[value]}; {mend} the times more digits'
+    )
 
 
 def _sorted(times: Sequence[str]) -> list[str]:

@@ -39,7 +39,7 @@ def sheets_of(path: Path) -> list[LabSheet]:
     form = long_form_of(grid)
     if form is None:
         return [LabSheet(grid, layout)]
-    return [LabSheet(wide(grid, form), replace(layout, long=(form.time, form.name, form.value)))]
+    return [LabSheet(wide(grid, form, path), replace(layout, long=(form.time, form.name, form.value)))]
 
 
 def grid_of(path: Path, layout: Layout) -> Grid:
@@ -50,7 +50,7 @@ def grid_of(path: Path, layout: Layout) -> Grid:
             return grid
         if not any(set(layout.long) <= set(row.cells) for row in grid.rows):
             raise BadInput(f'{path}: no row of headings with {", ".join(layout.long)}, as its map says (table: long)')
-        return wide(grid, LongForm(*layout.long))
+        return wide(grid, LongForm(*layout.long), path)
     grids = read_sheets(path)
     if not layout.sheet and grids:
         return grids[0]
