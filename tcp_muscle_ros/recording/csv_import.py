@@ -30,6 +30,7 @@ from tcp_muscle_ros.recording.lab.reading import grid_of
 from tcp_muscle_ros.recording.lab.text_file import SPACES
 from tcp_muscle_ros.recording.lab.times import parted
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, past_midnight, unwrapped
+from tcp_muscle_ros.recording.lab.wide_rows import whole_rows
 from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -118,6 +119,7 @@ class _Table:
     def __init__(self, path: Path, layout: Layout) -> None:
         self.path, self.layout = path, layout
         grid = grid_of(path, layout)
+        self.left_out: tuple[int, ...] = ()
         rows = [row for row in grid.rows if not row.blank]
         if len(rows) < 2:
             raise BadInput(f'{path}: no data: expected a row of headings and rows of numbers')
@@ -130,6 +132,10 @@ class _Table:
             named = tuple(row for row in rows if row.number in layout.headings)
             self.headings, below = joined_headings(named, width), max(layout.headings, default=0)
             self.rows = [row for row in rows if row.number > below and any(map(is_value, row.cells))]
+            if path.suffix.lower() not in KINDS:
+                count = max((len(row.cells) for row in named), default=0)
+                whole, self.left_out = whole_rows(self.rows, count, layout.delimiter)
+                self.rows = list(whole)
         self._below = tuple(self.rows)
         first, last = layout.first or 0, layout.last or max(row.number for row in rows)
         self.rows = [row for row in self.rows if first <= row.number <= last]
@@ -138,7 +144,11 @@ class _Table:
             self.rows = [row for row in self.rows if column < len(row.cells) and row.cells[column] == text]
         if not self.rows:
             raise BadInput(f'{path}: no rows from {first} to {last} as its map says')
-        self.notes = grid.notes if self.rows[-1] is rows[-1] else ()  # of the run at the end of the file
+        self.notes = list(grid.notes if self.rows[-1].number == rows[-1].number else ())  # of the run at the file's end
+        if left_out := [number for number in self.left_out if first <= number <= last]:
+            self.notes.append(
+                f'{len(left_out)} row(s) with more numbers than headings are left out, the first is row {left_out[0]}'
+            )
 
     def find(self, source: ColumnSource, where: str) -> int:
         """The index of a column."""

@@ -834,7 +834,7 @@ def long_form(times, devices=('',)):
         ),
         (
             long_form(range(60), ['tcp', 'tcp2']),
-            "rows 3 and 5 both read 'temperature_C' at '0', 26.0 and 27.0; they differ in 'device' (tcp, tcp2): keep one",
+            "'temperature_C' at '0', 26.0 and 27.0; they differ in 'device' (tcp, tcp2): keep one",
         ),
     ],
 )
@@ -849,6 +849,46 @@ def test_a_reading_twice_in_one_second_is_left_out_and_one_that_is_repeated_is_n
         (recording,) = imported_text(tmp_path, 'time_s,device,field,value', [*rows, *repeats])
         assert len(recording['current']) == 119 and recording['current'].value[49] == 50.1
         assert [note for note in recording.notes if note.startswith(f'{left_out} reading(s) are left out')]
+
+
+HEADS = 't (s),I (mA),T (degC),Stroke (mm)'
+
+
+@pytest.mark.parametrize('separator', [',', ';', '\t'])
+def test_fewer_headings_than_columns_of_numbers_are_refused(tmp_path, separator):
+    rows = [f'{3 * k},{k / 2},{100 * (k % 7)},{23 + k / 10:.1f},{k / 50}' for k in range(60)]
+    with pytest.raises(BadInput, match='4 headings stand over 5 columns'):
+        imported_text(tmp_path, HEADS.replace(',', separator), [row.replace(',', separator) for row in rows])
+
+
+@pytest.mark.parametrize('more', [',', ',ok', ',,', ',"fan, off"'])
+@pytest.mark.parametrize('every', [1, 7])
+def test_what_is_no_number_may_stand_right_of_the_last_heading(tmp_path, more, every):
+    rows = [f'{k / 2},{100 * (k % 7)},{23 + k / 10:.1f},{k / 50}' + more * (k % every == 0) for k in range(60)]
+    (recording,) = imported_text(tmp_path, HEADS, rows)
+    assert len(recording['current']) == 60 and recording['current'].value[1] == pytest.approx(0.1)
+
+
+def test_columns_without_a_heading_may_be_of_numbers_where_a_place_is_kept_for_it(tmp_path):
+    rows = [f'{k},{k / 2},{100 * (k % 7)},{23 + k / 10:.1f},{k / 50},{k % 2}' for k in range(60)]
+    (recording,) = imported_text(tmp_path, f',{HEADS},', rows)
+    assert recording['temperature'].time[-1] == 29.5 and recording['temperature'].value[0] == pytest.approx(296.15)
+
+
+@pytest.mark.parametrize('date', ['2024-05-03 ', '2024-05-03T', ''])
+def test_a_comma_before_the_milliseconds_of_a_time_separates_nothing(tmp_path, date):
+    rows = [f'{date}14:00:{k:02d},{300 + k},{100 * (k % 7)},{23 + k / 10:.1f},{k / 50}' for k in range(60)]
+    (recording,) = imported_text(tmp_path, HEADS.replace('t (s)', 'asctime'), rows)
+    assert recording['current'].value[1] == pytest.approx(0.1)
+    assert recording['current'].time[-1] == pytest.approx(59.059)
+
+
+def test_a_comma_of_thousands_separates_nothing_and_a_row_with_a_number_too_many_is_left_out(tmp_path):
+    rows = [f'{k / 2},{950 + k:,.1f},{23 + k / 10:.1f},{k / 50}' for k in range(100)]
+    rows[5] += ',7'
+    (recording,) = imported_text(tmp_path, HEADS, rows)
+    np.testing.assert_allclose(1e3 * recording['current'].value, [950 + k for k in range(100) if k != 5])
+    assert '1 row(s) with more numbers than headings are left out, the first is row 7' in recording.notes
 
 
 def test_columns_with_decimal_commas_stand_beside_such_with_points(tmp_path):

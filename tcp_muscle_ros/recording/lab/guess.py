@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.recording.lab.binary_file import KINDS
 from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, is_value, number
 from tcp_muscle_ros.recording.lab.channels import channels_of, is_steady
 from tcp_muscle_ros.recording.lab.columns import Column, columns_of
@@ -21,6 +22,7 @@ from tcp_muscle_ros.recording.lab.tables import SHARE, Table, find_tables
 from tcp_muscle_ros.recording.lab.text_file import SPACES
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, time_of, times
 from tcp_muscle_ros.recording.lab.vocabulary import ROLES
+from tcp_muscle_ros.recording.lab.wide_rows import too_many, whole_rows
 from tcp_muscle_ros.recording.options import A_MAP
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -115,6 +117,8 @@ def _runs_of(table: Table, layout: Layout, path: Path) -> list[DraftRun] | BadIn
 
 def _parts(table: Table, layout: Layout, path: Path) -> Iterator[Part]:
     """What stands side by side, each with a time of its own and the same headings; else the table as it is."""
+    if path.suffix.lower() not in KINDS:
+        table = replace(table, rows=whole_rows(table.rows, table.named, layout.delimiter)[0])
     layout = replace(layout, headings=table.above, first=table.rows[0].number, last=table.rows[-1].number)
     columns = columns_of(table, layout)
     if not any(column.heading for column in columns):
@@ -122,7 +126,7 @@ def _parts(table: Table, layout: Layout, path: Path) -> Iterator[Part]:
             f'{path}: no headings above row {table.rows[0].number}, so its {len(columns)} columns could be anything; '
             "expected a row as 'Time (s),Temperature (°C),Current (A)'"
         )
-    _refuse_shifted(columns, layout, path)
+    _refuse_shifted(table, columns, layout, path)
     starts = [k for k, column in enumerate(columns) if column.heading and column.heading == _first_time(columns)]
     groups = [columns[a:b] for a, b in pairwise([*starts, len(columns)])]
     names = [tuple(column.heading for column in group if column.heading) for group in groups]
@@ -133,11 +137,18 @@ def _parts(table: Table, layout: Layout, path: Path) -> Iterator[Part]:
         yield from _by_name(Part(table, tuple(columns), layout))
 
 
-def _refuse_shifted(columns: Sequence[Column], layout: Layout, path: Path) -> None:
-    """BadInput where spaces part more or fewer headings than columns, so that they stand over others than their own."""
+def _refuse_shifted(table: Table, columns: Sequence[Column], layout: Layout, path: Path) -> None:
+    """BadInput where there are fewer headings than columns, or spaces part more, so that they may stand over others
+    than their own. In a sheet of cells they cannot."""
     width = max((column.index + 1 for column in columns if any(column.cells)), default=0)
     if layout.delimiter == SPACES and (wrong := misfit([column.heading for column in columns], width)):
         raise BadInput(f'{path}: {wrong}')
+    if path.suffix.lower() not in KINDS and (width := too_many(table.rows, table.named)):
+        raise BadInput(
+            f'{path}: {table.named} headings stand over {width} columns, so that none is surely over its own; expected '
+            'one over each; where the last columns are those without, ',
+            *_HELP,
+        )
 
 
 def _first_time(columns: Sequence[Column]) -> str:

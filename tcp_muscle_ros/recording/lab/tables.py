@@ -26,6 +26,7 @@ class Table:
     above     the numbers of the rows of headings
     titles    what stands above the headings, over the column where it begins: the names of runs side by side
     preamble  the rows before
+    named     how many cells the rows of headings have, be some of them empty
     """
 
     sheet: str
@@ -35,6 +36,7 @@ class Table:
     above: tuple[int, ...]
     titles: tuple[str, ...]
     preamble: tuple[Row, ...]
+    named: int
 
     @property
     def width(self) -> int:
@@ -130,7 +132,7 @@ def _table(grid: Grid, first: int, last: int, end: int, before: Table | None) ->
     above = _headings(grid.rows[end:first], filled)
     width = max(len(row.cells) for row in (*rows, *above))
     if not above and before is not None and before.width == width:
-        kept = (before.headings, before.units, before.above, before.titles, before.preamble)
+        kept = (before.headings, before.units, before.above, before.titles, before.preamble, before.named)
         return Table(grid.sheet, rows, *kept)
     names = [row for row in above if not _is_units(row)] or list(above)
     units = [row for row in above if _is_units(row)]
@@ -144,6 +146,7 @@ def _table(grid: Grid, first: int, last: int, end: int, before: Table | None) ->
         tuple(row.number for row in names),
         tuple((*titles, *[''] * width)[:width]) if len([title for title in titles if title]) > 1 else ('',) * width,
         grid.rows[end:upper],
+        max((len(row.cells) for row in names), default=0),
     )
 
 

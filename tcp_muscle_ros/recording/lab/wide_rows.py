@@ -1,0 +1,77 @@
+"""Rows of a text file that have more cells than headings stand above them."""
+
+import re
+from collections.abc import Sequence
+
+from tcp_muscle_ros.recording.lab.cells import is_time, is_value
+from tcp_muscle_ros.recording.lab.grid import Row
+
+_MANY = 0.2  # of the rows of a table
+_MOST = 0.9
+_SECONDS = re.compile(r'(?:.*[T ])?\d{1,2}:\d{2}:\d{2}')
+_FRACTION = re.compile(r'\d{3}|\d{6}')
+_THOUSANDS = re.compile(r'[+-]?[1-9]\d{0,2}')
+_GROUP = re.compile(r'\d{3}(\.\d*)?')
+
+
+def whole_rows(rows: Sequence[Row], named: int, delimiter: str) -> tuple[tuple[Row, ...], tuple[int, ...]]:
+    """The rows with each cell below its heading, of which there are ``named``, and the numbers of those left out.
+
+    A comma within a number makes two cells of it where commas separate the cells: these are joined again. Single rows
+    with another number too many are left out. A table most of whose rows have one stays as it is.
+    """
+    found = tuple(rows)
+    if delimiter == ',':
+        found = _with_fractions(found, named)
+    wide = {row.number: _with_groups(row, named) if delimiter == ',' else None for row in found if _is_wide(row, named)}
+    left_out = tuple(number for number, row in wide.items() if row is None)
+    if len(found) - len(wide) < _MANY * len(found) or len(left_out) >= _MANY * len(found):
+        return found, ()
+    mended = [wide.get(row.number, row) for row in found]
+    return tuple(row for row in mended if row is not None), left_out
+
+
+def too_many(rows: Sequence[Row], named: int) -> int:
+    """How many cells with numbers many rows have, where these are more than the headings; 0 else."""
+    widths = [_width(row) for row in rows if _is_wide(row, named)]
+    return max(widths, key=widths.count) if len(widths) >= max(_MANY * len(rows), 1) else 0
+
+
+def _is_wide(row: Row, named: int) -> bool:
+    return 0 < named < len(row.cells) and _width(row) > named
+
+
+def _width(row: Row) -> int:
+    """How many cells there are up to the last with a number. Words beyond the headings are a remark."""
+    return next((k + 1 for k in range(len(row.cells) - 1, -1, -1) if is_value(row.cells[k])), 0)
+
+
+def _with_fractions(rows: tuple[Row, ...], named: int) -> tuple[Row, ...]:
+    """The rows with times as 14:00:03,250 (as Python logs them) in one cell, where a heading is missing for two."""
+    if 2 * sum(_is_wide(row, named) for row in rows) <= len(rows):
+        return rows
+    for k in range(named):
+        parted = {row.number for row in rows if k + 1 < len(row.cells) and _is_fraction(*row.cells[k : k + 2])}
+        if len(parted) > _MOST * len(rows):
+            return tuple(_joined(row, [k], ',') if row.number in parted else row for row in rows)
+    return rows
+
+
+def _is_fraction(time: str, cell: str) -> bool:
+    return bool(_FRACTION.fullmatch(cell) and _SECONDS.fullmatch(time)) and is_time(time)
+
+
+def _with_groups(row: Row, named: int) -> Row | None:
+    """The row with numbers as 1,250.5 in one cell; None where as many as are too many may not be joined in one way."""
+    cells = row.cells[: _width(row)]
+    at = [k for k in range(len(cells) - 1) if _THOUSANDS.fullmatch(cells[k]) and _GROUP.fullmatch(cells[k + 1])]
+    apart = all(k + 1 not in at for k in at)
+    return _joined(row, at, '') if apart and len(at) == len(cells) - named else None
+
+
+def _joined(row: Row, at: Sequence[int], between: str) -> Row:
+    """The row with each cell ``at`` and the one after it in one."""
+    cells = list(row.cells)
+    for k in reversed(at):
+        cells[k : k + 2] = [f'{cells[k]}{between}{cells[k + 1]}']
+    return Row(row.number, tuple(cells))
