@@ -20,7 +20,7 @@ VALUES = frozenset(['_value', 'value', 'wert', 'valeur', 'valor', 'reading', 'me
 _ABOVE = 200  # rows, among which the headings are
 _MOST = 30  # names
 _FEWEST = 3  # readings of each
-_SELDOM = 0.02  # of the readings, that may come in the same second as another by chance
+_SELDOM = 0.1  # of the readings, that may come in the same second as another by chance
 
 
 @dataclass(frozen=True)
