@@ -430,9 +430,10 @@ def test_a_remark_in_quotes_may_have_several_lines(tmp_path):
     assert len(recording['temperature']) == 60
 
 
-def test_a_number_alone_between_two_runs_is_no_time_of_either(tmp_path):
-    rows = [f'{k / 2:.1f},{k % 7 / 10},{23 + k / 10:.1f}' for k in range(60)]
-    first, second = imported_text(tmp_path, 't (s),I (A),T (degC)', [*rows, '17,,', *rows])
+@pytest.mark.parametrize('line', ['17,', '0,Run 2'])
+def test_what_numbers_or_names_the_second_of_two_runs_is_no_row_of_either(tmp_path, line):
+    rows = [f'{k / 2:.1f},{23 + k / 10:.1f}' for k in range(60)]
+    first, second = imported_text(tmp_path, 't (s),T (degC)', [*rows, line, *rows])
     assert first.duration == second.duration == 29.5
 
 

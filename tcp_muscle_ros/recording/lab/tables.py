@@ -94,9 +94,10 @@ def _is_gap(rows: Sequence[Row], k: int, found: frozenset[int], common: frozense
     beside = [rows[j].cells if 0 <= j < len(rows) else () for j in (k - 1, k + 1)]
     if lead not in found or len(cells) not in map(len, beside):
         return False
-    words = {cell for j, cell in enumerate(cells) if j not in found and not is_none(cell)}
+    words = [cell for j, cell in enumerate(cells) if j not in found and not is_none(cell)]
     if words:
-        return len(words) == 1 and all(cells[j] for j in common if j < len(cells))
+        named = len(words) == 1 and re.search(r'\d', words[0]) is not None  # Run 2
+        return len(set(words)) == 1 and not named and all(cells[j] for j in common if j < len(cells))
     if any(cell for j, cell in enumerate(cells) if j not in found):
         return True
     before, after = (other[lead] if lead < len(other) else '' for other in beside)
