@@ -65,7 +65,7 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
 
     Columns are named as headings of a lab file are: ``temperature_degC``, ``I (mA)``, ``Weg [mm]``; without a unit that
     of the channel's topic holds, and what is in no unit of its channel (a power in %) is left out. The time is a column
-    of that name, or else the index: s, or stamps.
+    of that name, or else the index: in the unit that its name has, else in s, or stamps.
 
     A load varies only where its column is named as ours is, or said to be it; else it is a force that was measured.
 
@@ -75,9 +75,12 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
     """
     chosen = _chosen(frame, name, channels or {})
     meanings = {str(column): meaning(str(column)) for column in frame.columns}
-    named = [column for column, found in meanings.items() if found.kind == 'time']
-    times = _the_one(frame, named[0], name) if named else frame.index
-    time = _seconds(times, meanings[named[0]].unit if named else None, name)
+    named = next((column for column, found in meanings.items() if found.kind == 'time'), None)
+    if named is not None:
+        time = _seconds(_the_one(frame, named, name), meanings[named].unit, name)
+    else:
+        heading = meaning(str(frame.index.name))
+        time = _seconds(frame.index, heading.unit if heading.kind == 'time' else None, name)
     taken: dict[str, Channel] = {}
     units: dict[str, str] = {}
     for column, found in meanings.items():
@@ -161,9 +164,11 @@ def _exactly(column: str) -> str | None:
 
 
 def _seconds(times: 'pd.Series | pd.Index', unit: str | None, name: str) -> Array:
-    values = np.asarray(times)
+    """The times since the first. Stamps and spans have a unit of their own, whatever the heading says."""
+    zoned = getattr(times.dtype, 'tz', None) is not None
+    values = times.to_numpy(dtype='datetime64[ns]') if zoned else np.asarray(times)
     if values.dtype.kind in 'mM':
-        values = (values - values[:1]).astype('timedelta64[ns]').astype(np.float64) * 1e-9
+        values, unit = (values - values[:1]).astype('timedelta64[ns]').astype(np.float64) * 1e-9, 's'
     try:
         time: Array = UNITS[unit or 's'].to_si(values.astype(np.float64))
     except (TypeError, ValueError):

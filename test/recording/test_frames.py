@@ -49,6 +49,29 @@ def test_columns_as_a_lab_names_them_and_stamps():
     np.testing.assert_allclose(recording['current'].time, [0, 0.5, 1.5])
 
 
+RUN = pd.DataFrame({'T (C)': [23.0, 24, 26], 'I (A)': [0.0, 0.2, 0.2]}, index=[0.0, 0.5, 2.0])
+STAMPS = pd.to_datetime('2025-03-12', utc=True) + pd.to_timedelta(RUN.index, unit='s')
+
+
+@pytest.mark.parametrize(
+    'frame',
+    [
+        RUN.set_axis(RUN.index * 1000).rename_axis('time_ms'),
+        RUN.set_axis(RUN.index * 1000).rename_axis('t (ms)'),
+        RUN.set_axis(RUN.index / 60).rename_axis('time_min'),
+        RUN.rename_axis('sample'),
+        RUN.set_axis(STAMPS),
+        RUN.set_axis(STAMPS.tz_convert('Europe/Berlin')),
+        RUN.set_axis(STAMPS.tz_localize(None)).rename_axis('time (ms)'),
+        RUN.set_axis(STAMPS).rename_axis('time').reset_index(),
+        RUN.set_axis(STAMPS.tz_convert('Europe/Berlin')).rename_axis('time (ms)').reset_index(),
+    ],
+    ids=lambda frame: f'{frame.index.name} {frame.index.dtype} {frame.columns[0]}',
+)
+def test_an_index_has_the_unit_of_its_name_and_stamps_may_have_a_zone(frame):
+    np.testing.assert_allclose(of_frame(frame)['temperature'].time, RUN.index, rtol=1e-12)
+
+
 VARIES = 0.5 + 0.1 * np.sin(np.arange(300) / 30)
 STAYS = np.full(300, 0.5)
 
