@@ -107,6 +107,7 @@ class Parameters(Mapping[str, float]):
     effects: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, 'given', dict(self.given))  # what is done to the caller's later is not done to this
         for name, value in self.given.items():
             self._check(name, value)
         for effect in self.effects:

@@ -7,6 +7,7 @@ import pytest
 
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import EFFECTS, SETS, SPECIFICATIONS, TABLE, ZERO_CELSIUS, Parameters
+from tcp_muscle_ros.muscle.table import INDEX
 
 A = Parameters.named('karami_tadesse_2017')
 
@@ -146,3 +147,13 @@ def test_a_mistake_is_named_with_the_nearest_choice(call, message):
 @pytest.mark.parametrize('value', [np.float64(0.02), np.float32(0.02), 1, np.int64(1)])
 def test_numbers_of_every_make_are_taken(value):
     assert A.replace(hA=value)['hA'] == value
+
+
+def test_what_is_done_to_the_dict_that_was_given_is_not_done_to_the_parameters():
+    given = {'hA': 0.02}
+    made = Parameters(given)
+    given['hA'] = 0.03
+    assert made['hA'] == 0.02 and made.vector[INDEX['hA']] == 0.02
+    Parameters.named('karami_tadesse_2017_set_b').given['hA'] = 0.03
+    assert SETS['karami_tadesse_2017_set_b']['hA'] == 0.015
+    assert pickle.loads(pickle.dumps(made)) == made
