@@ -12,6 +12,7 @@ import numpy as np
 from tcp_muscle_ros.control.antagonist import Hold, Side
 from tcp_muscle_ros.control.gravity import Gravity
 from tcp_muscle_ros.control.joint_controller import JointController, Measured
+from tcp_muscle_ros.errors import BadInput, nearest
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.robots.models import load
@@ -43,7 +44,7 @@ class ControlledRobot:
         compensate: whether the controllers know the robot's masses.
 
     Raises:
-        BadInput: as ``Robot``.
+        BadInput: as ``Robot``, or ``muscles`` names one that the robot does not have.
     """
 
     def __init__(
@@ -61,6 +62,9 @@ class ControlledRobot:
         real = {'': believed, **(muscles or {})}
         self.joints = joints_of(robot)
         names = [f'{joint}_{role}' for joint in self.joints for role in (FLEXOR, EXTENSOR)]
+        for name in real:
+            if name and name not in names:
+                raise BadInput(f"muscles: the robot has no muscle '{name}'{nearest(name, names)}")
         self.robot = Robot(robot, {name: Muscle(real.get(name, real['']), end='blocked', load=load) for name in names})
         self.period = period
         self.ambient = believed['T0']

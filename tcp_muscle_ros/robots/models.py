@@ -27,7 +27,7 @@ def mujoco() -> Any:
     return module
 
 
-def path_of(robot: str) -> Path:
+def path_of(robot: str | Path) -> Path:
     """The MJCF of a robot that comes along (``arm``, ``finger``), or the file itself.
 
     Raises:
@@ -37,13 +37,13 @@ def path_of(robot: str) -> Path:
         return DATA / f'{robot}.xml'
     path = Path(robot)
     if path.suffix != '.xml':
-        raise BadInput(f"unknown robot '{robot}'{nearest(robot, ROBOTS)}; or give an MJCF file, name.xml")
+        raise BadInput(f"unknown robot '{robot}'{nearest(str(robot), ROBOTS)}; or give an MJCF file, name.xml")
     if not path.is_file():
         raise BadInput(f"there is no MJCF file '{robot}'")
     return path
 
 
-def load(robot: str) -> Any:
+def load(robot: str | Path) -> Any:
     """A robot's compiled MuJoCo model.
 
     Raises:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,10 @@ def _places(numbers: list[int]) -> Any:
     return slice(numbers[0], numbers[0] + len(numbers)) if follow else np.array(numbers)
 
 
+def _is_held(muscle: Muscle) -> bool:
+    return bool(muscle.imposed[at.IN_HELD] != 0.0 and muscle.imposed[at.IN_COMPLIANCE] == 0.0)
+
+
 class Robot:
     """Bodies of MuJoCo, and muscles on its tendons.
 
@@ -33,7 +38,8 @@ class Robot:
     Args:
         model: a name of ``models.ROBOTS``, an MJCF file, or MuJoCo's compiled model, which is then this robot's own.
         muscles: by the names of their tendons, ``blocked`` with the tension with which they were mounted: at rest at
-            T0, in the pose in which the model is written.
+            T0, in the pose in which the model is written. Each is stepped by one robot alone: for a second robot,
+            make others.
 
     Raises:
         BadInput: MuJoCo is missing, or the model and the muscles do not fit together.
@@ -41,15 +47,17 @@ class Robot:
 
     def __init__(self, model: Any, muscles: Mapping[str, Muscle]) -> None:
         self._mj = mujoco()
-        self.model = load(model) if isinstance(model, str) else model
+        self.model = load(model) if isinstance(model, str | Path) else model
         self.data = self._mj.MjData(self.model)
         self.names = tuple(muscles)
+        if not self.names:
+            raise BadInput('a robot without muscles; expected at least one, by the name of its tendon')
         kinds = self._mj.mjtObj
         tendons = [self._number(kinds.mjOBJ_TENDON, name, 'tendon') for name in self.names]
         actuators = [self._number(kinds.mjOBJ_ACTUATOR, name, 'actuator') for name in self.names]
         self._check(tendons, actuators)
         self._tendon, self._actuator = _places(tendons), _places(actuators)
-        self.tendons = Tendons(list(muscles.values()))
+        self.tendons = self._mounted(list(muscles.values()), [True] * len(self.names))
         self._step = float(self.model.opt.timestep)
         self._connected = np.ones(len(self.names))
         self._mj.mj_forward(self.model, self.data)
@@ -75,6 +83,18 @@ class Robot:
                     f"actuator '{name}' {found}, which is no muscle's; expected <general name='{name}' "
                     f"tendon='{name}' biastype='affine' gainprm='-1' biasprm='0 0 0'/>"
                 )
+
+    def _mounted(self, muscles: list[Muscle], held: Sequence[bool]) -> Tendons:
+        """Muscles on the tendons. ``held``: whose cable is whole, so that the robot holds its end."""
+        if len(muscles) != len(self.names):
+            raise BadInput(f'{len(muscles)} muscles for {len(self.names)}; expected one each for {", ".join(self.names)}')
+        for k, (name, muscle) in enumerate(zip(self.names, muscles, strict=True)):
+            first = next(j for j, other in enumerate(muscles) if other is muscle)
+            if first < k:
+                raise BadInput(f"'{name}' and '{self.names[first]}' are one and the same muscle; expected one for each")
+            if held[k] and not _is_held(muscle):
+                raise BadInput(f"'{name}': a robot holds the ends of its muscles; expected Muscle(..., end='blocked')")
+        return Tendons(muscles)
 
     def _unlike(self, tendon: int, k: int) -> str:
         """What makes an actuator pull with another force than it is told, or elsewhere; '' where nothing does.
@@ -118,8 +138,12 @@ class Robot:
         self._connected[:] = 1.0
 
     def take(self, muscles: Sequence[Muscle]) -> None:
-        """The same muscles with other properties, on their cables as they are; the book is opened anew."""
-        self.tendons = Tendons(list(muscles))
+        """The same muscles with other properties, on their cables as they are; the book is opened anew.
+
+        Raises:
+            BadInput: they are not as many as before, one is given twice, or one's end is not ``blocked``.
+        """
+        self.tendons = self._mounted(list(muscles), [_is_held(before) for before in self.tendons.muscles])
         self.tendons.begin(self.lengths())
 
     def still(self) -> 'Robot':

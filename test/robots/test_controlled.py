@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.robots.controlled import ControlledRobot
 
@@ -51,6 +52,11 @@ def test_an_arm_of_drawn_muscles_comes_to_its_angles(draw):
         most = np.maximum(most, arm.angles)
     assert arm.angles == pytest.approx((0.4, 0.5), abs=1e-3)
     assert (most / (0.4, 0.5) - 1.0 < 0.1).all()
+
+
+def test_a_muscle_that_it_does_not_have_is_refused():
+    with pytest.raises(BadInput, match="no muscle 'sholder_flexor'; did you mean 'shoulder_flexor'"):
+        ControlledRobot('arm', PAPER, {'sholder_flexor': PAPER.replace(hA=0.03)})
 
 
 def test_a_tendon_that_is_pushed_slack_is_taken_up_again():

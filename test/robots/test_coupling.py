@@ -234,6 +234,44 @@ def test_a_motion_without_bounds_ends_with_one_line(tmp_path, monkeypatch):
         it.step([0.1], 100)
 
 
+def held(**more):
+    return {name: Muscle(PAPER, load=0.4, **{'end': 'blocked', **more}) for name in ARM}
+
+
+ONE = Muscle(PAPER, end='blocked', load=0.4)
+
+
+@pytest.mark.parametrize(
+    ('call', 'said'),
+    [
+        (lambda: Robot('arm', {}), 'without muscles'),
+        (lambda: Robot('arm', held(end='load')), "'shoulder_flexor': a robot holds the ends .* end='blocked'"),
+        (lambda: Robot('arm', held(end='spring', spring_rate=10.0)), "expected Muscle\\(..., end='blocked'\\)"),
+        (lambda: Robot('arm', dict.fromkeys(ARM, ONE)), "'shoulder_extensor' and 'shoulder_flexor' are one and the same"),
+        (lambda: made('arm', ARM).take([ONE]), '^1 muscles for 4; expected one each for shoulder_flexor, '),
+        (lambda: made('arm', ARM).take([ONE] * 4), 'are one and the same muscle'),
+        (lambda: made('arm', ARM).take(held(end='load').values()), 'a robot holds the ends of its muscles'),
+    ],
+)
+def test_muscles_that_it_cannot_hold_are_refused(call, said):
+    with pytest.raises(BadInput, match=said):
+        call()
+
+
+def test_a_muscle_whose_cable_is_cut_may_get_other_properties():
+    it = made('arm', ARM)
+    it.cut_cable('elbow_flexor')
+    it.take(it.tendons.muscles)
+    it.step([0.1] * 4)
+    assert it.tensions[ARM.index('elbow_flexor')] == 0.0
+
+
+def test_a_model_is_a_path_too(tmp_path):
+    path = tmp_path / 'own.xml'
+    path.write_text(WEIGHT.format(step=0.002, mass=0.04, integrator='implicitfast', gain=-1))
+    assert made(path, ('muscle',)).names == ('muscle',)
+
+
 def test_without_mujoco_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(__import__('sys').modules, 'mujoco', None)
     with pytest.raises(BadInput, match=r"pip install '\.\[mujoco\]' in the checkout"):
