@@ -210,12 +210,14 @@ class Robot:
     @property
     def temperatures(self) -> Array:
         """Of the fibres, K."""
-        return self.tendons.shown[:, at.Y_FIBRE_TEMPERATURE]
+        now: Array = self.tendons.shown[:, at.Y_FIBRE_TEMPERATURE].copy()
+        return now
 
     @property
     def tensions(self) -> Array:
         """N."""
-        return self.tendons.shown[:, at.Y_FORCE]
+        now: Array = self.tendons.shown[:, at.Y_FORCE].copy()
+        return now
 
     def book(self) -> Book:
         """Where the muscles' energy went since the last ``reset``."""

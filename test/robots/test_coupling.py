@@ -266,6 +266,17 @@ def test_a_muscle_whose_cable_is_cut_may_get_other_properties():
     assert it.tensions[ARM.index('elbow_flexor')] == 0.0
 
 
+def test_what_it_shows_is_kept_as_it_was():
+    it = made('arm', ARM)
+    temperatures, tensions = it.temperatures, it.tensions
+    before = temperatures.copy(), tensions.copy()
+    it.step([0.25] * 4, 500)
+    np.testing.assert_array_equal((temperatures, tensions), before)
+    assert (it.temperatures > temperatures).all()
+    it.tensions[:] = 99.0
+    assert it.tensions.max() < 99.0
+
+
 def test_a_model_is_a_path_too(tmp_path):
     path = tmp_path / 'own.xml'
     path.write_text(WEIGHT.format(step=0.002, mass=0.04, integrator='implicitfast', gain=-1))
