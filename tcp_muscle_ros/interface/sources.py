@@ -46,19 +46,29 @@ def load(
         A frame with the index ``time_s``, a column a channel with its unit, and what is known of the run in ``attrs``.
 
     Raises:
-        BadInput: it cannot be read or understood, or holds several runs and none was named.
+        BadInput: it cannot be read or understood, its clock was set back, or it holds several runs and none was named.
     """
     if isinstance(source, str | Path) and _is_bag(Path(source)):
         from tcp_muscle_ros.recording.bag import read_bag
 
-        return to_frame(read_bag(source, namespace=namespace, channels=channels, units=units))
+        return _to_frame(read_bag(source, namespace=namespace, channels=channels, units=units))
     if not isinstance(source, str | Path | Recording):
-        return to_frame(_taken_as(_of_frame(source, channels), units or {}))
+        for what, given in (('run', run), ('namespace', namespace)):
+            if given is not None:
+                raise BadInput(f'{what}={given!r}: a frame is one run of one muscle; expected it without {what}')
+        return _to_frame(_taken_as(_of_frame(source, channels), units or {}))
     recording = recording_of(source, run)
     if channels:
         mend = 'a file has a map for it (tcp_muscle import --map)'
         raise BadInput(f'{recording.path}: channels name those of bags and frames; {mend}')
-    return to_frame(_taken_as(recording, units or {}))
+    return _to_frame(_taken_as(recording, units or {}))
+
+
+def _to_frame(recording: Recording) -> 'pd.DataFrame':
+    """A recording as a frame. BadInput where no model can follow it, which a frame could not tell."""
+    if recording.broken:
+        raise BadInput(f'{recording.path}: {recording.broken[0]}')
+    return to_frame(recording)
 
 
 def recording_of(source: Source, run: str | None = None) -> Recording:

@@ -17,13 +17,11 @@ from tcp_muscle_ros.recording.bag_joints import JOINT_STATE, Joints, joint_paths
 from tcp_muscle_ros.recording.cdr import DTYPES, Index, field_path
 from tcp_muscle_ros.recording.columns import Topic
 from tcp_muscle_ros.recording.leaps import main_part, set_back, within
-from tcp_muscle_ros.recording.recording import CHANNELS, Array, Channel, Recording, shared
+from tcp_muscle_ros.recording.recording import CHANNELS, LARGEST, Array, Channel, Recording, shared
 from tcp_muscle_ros.recording.tick_times import Ticks
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
-
-_LARGEST = 1e30  # of a value, whose cube a float still holds; more is a damaged message
 
 
 @dataclass(frozen=True)
@@ -153,10 +151,10 @@ class _Reader:
         if not present.all() and present.any() and topic.broken < np.count_nonzero(~present):
             missing = np.count_nonzero(~present) - topic.broken
             self.notes.append(f"{name}: {missing} message(s) without '{source.field}' were left out")
-        finite = np.abs(values) < _LARGEST  # False for NaN
+        finite = np.abs(values) < LARGEST  # False for NaN
         wrong = values[present & ~finite]
         if len(wrong):
-            what = f'not finite or above {_LARGEST:g}' if np.isfinite(wrong).any() else 'not finite'
+            what = f'not finite or above {LARGEST:g}' if np.isfinite(wrong).any() else 'not finite'
             self.notes.append(f'{source.channel}: {len(wrong)} of {len(finite)} values are {what} and were left out')
         kept = present & finite
         if source == self._asked[name][-1]:

@@ -11,7 +11,18 @@ from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.inputs import stated_ambient
 from tcp_muscle_ros.recording.lab.channels import hangs, taken_as_force
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
-from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording, channel_kind
+from tcp_muscle_ros.recording.lab.stand_ins import stand_ins
+from tcp_muscle_ros.recording.leaps import dated
+from tcp_muscle_ros.recording.recording import (
+    CHANNELS,
+    LARGEST,
+    UNDATED_NS,
+    Array,
+    Channel,
+    Mask,
+    Recording,
+    channel_kind,
+)
 from tcp_muscle_ros.recording.units import UNITS
 from tcp_muscle_ros.recording.yaml_input import number_or_none
 
@@ -19,6 +30,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TIME = 'time_s'
+START, NOTES = 'start_ns', 'notes'  # of a recording, in the attrs of its frame
+_ENDS = 50  # different numbers at either end of a column: more than there are texts of nines in any
 
 
 def column_name(channel: str) -> str:
@@ -51,12 +64,17 @@ def stated(recording: Recording, rows: int) -> dict[str, Array]:
 def to_frame(recording: Recording) -> 'pd.DataFrame':
     """A recording as a DataFrame: the index ``time_s``, a column a channel with its unit, NaN where it has no sample.
 
-    ``frame.attrs`` has what is known of the run. BadInput: pandas is not installed.
+    ``frame.attrs`` has what is known of the run, the reader's ``notes``, and where it is dated its ``start_ns``. BadInput:
+    pandas is not installed.
     """
     pandas = _pandas()
     time, columns = aligned(recording)
     frame = pandas.DataFrame(columns, index=pandas.Index(time, name=TIME))
     frame.attrs = {str(key): value for key, value in recording.known.items()}
+    if recording.notes:
+        frame.attrs[NOTES] = recording.notes
+    if dated(recording):
+        frame.attrs[START] = recording.start_ns
     return frame
 
 
@@ -64,7 +82,8 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
     """A DataFrame as a recording.
 
     Columns are named as headings of a lab file are: ``temperature_degC``, ``I (mA)``, ``Weg [mm]``; without a unit that
-    of the channel's topic holds, and what is in no unit of its channel (a power in %) is left out. The time is a column
+    of the channel's topic holds, and what is in no unit of its channel (a power in %) is left out. So is a number that
+    stands for none (-999.9), or that is none of its channel (below 0 K), with a note. The time is a column
     of that name, or else the index: in the unit that its name has, else in s, or stamps.
 
     A load varies only where its column is named as ours is, or said to be it; else it is a force that was measured.
@@ -77,12 +96,13 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
     meanings = {str(column): meaning(str(column)) for column in frame.columns}
     named = next((column for column, found in meanings.items() if found.kind == 'time'), None)
     if named is not None:
-        time = _seconds(_the_one(frame, named, name), meanings[named].unit, name)
+        time, first = _seconds(_the_one(frame, named, name), meanings[named].unit, name)
     else:
         heading = meaning(str(frame.index.name))
-        time = _seconds(frame.index, heading.unit if heading.kind == 'time' else None, name)
+        time, first = _seconds(frame.index, heading.unit if heading.kind == 'time' else None, name)
     taken: dict[str, Channel] = {}
     units: dict[str, str] = {}
+    notes: list[str] = []
     for column, found in meanings.items():
         channel = chosen.get(column) or _channel_of(column, found)
         if channel is None or (found.raw and column not in chosen):
@@ -92,14 +112,31 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
         if channel in taken:
             raise BadInput(f"{name}: two columns are {channel}, the second is '{column}'; expected one")
         units[channel] = _unit(channel, found)
-        value = UNITS[units[channel]].to_si(_numbers(frame, column, found, name))
+        value, left_out = _values(_numbers(frame, column, name), channel, units[channel], found.kind)
         finite = np.isfinite(value)
+        if not finite.any():
+            raise BadInput(f"{name}: no number in column '{column}'; expected some, or the frame without it")
+        notes += [f"'{column}': {what}" for what in left_out]
         taken[channel] = Channel(channel, time[finite], value[finite], column)
-    notes = _loads_as_forces(taken, units, chosen)
+    notes += _loads_as_forces(taken, units, chosen)
     if not taken:
         raise BadInput(f"{name}: no column is a channel of a muscle; expected such as '{column_name('temperature')}'")
+    start_ns, before, known = _told(frame, first)
+    return Recording(name, taken, start_ns, known, (*before, *notes), units)
+
+
+def _told(frame: 'pd.DataFrame', first: float) -> tuple[int, tuple[str, ...], dict[str, object]]:
+    """What ``to_frame`` wrote of a recording: when it started, its notes, and what is known of it.
+
+    A part of a frame has the attrs of the whole: it started later by the time (s) of its first row.
+    """
     known = {str(key): value for key, value in frame.attrs.items()}
-    return Recording(name, taken, UNDATED_NS, known, notes, units)
+    start_ns, notes = UNDATED_NS, ()
+    if isinstance(known.get(START), int):
+        start_ns = int(known.pop(START)) + round(1e9 * first)
+    if isinstance(known.get(NOTES), tuple | list):  # a list once it was in a file
+        notes = tuple(map(str, known.pop(NOTES)))
+    return start_ns, notes, known
 
 
 def _loads_as_forces(taken: dict[str, Channel], units: dict[str, str], chosen: Mapping[str, str]) -> tuple[str, ...]:
@@ -130,18 +167,49 @@ def _unit(channel: str, found: Meaning) -> str:
     return found.unit if found.unit and UNITS[found.unit].quantity == UNITS[own].quantity else own
 
 
-def _numbers(frame: 'pd.DataFrame', column: str, found: Meaning, name: str) -> Array:
-    cells = _the_one(frame, column, name)
+def _numbers(frame: 'pd.DataFrame', column: str, name: str) -> Array:
     try:
-        value: Array = np.asarray(cells, dtype=np.float64)
+        return np.array(_the_one(frame, column, name), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise BadInput(f"{name}: column '{column}' is not all numbers ({error})") from None
+
+
+def _values(numbers: Array, channel: str, unit: str, kind: str) -> tuple[Array, list[str]]:
+    """The numbers of a column in SI, NaN where there is none, and which were left out."""
+    said = []
+    none = _standing_for_none(numbers, channel)
+    if none.any():
+        which = ' and '.join(f'{number:g}' for number in np.unique(numbers[none]))
+        said.append(f'{np.count_nonzero(none)} of {none.size} values are {which}, which stands for none; left out')
+    numbers = np.where(none, np.nan, numbers)
+    value: Array = UNITS[unit].to_si(numbers)
+    huge = ~np.isnan(value) & ~(np.abs(value) < LARGEST)
+    if huge.any():
+        said.append(f'{np.count_nonzero(huge)} of {huge.size} values are not finite or above {LARGEST:g}; left out')
+    frozen = value <= 0.0 if channel in ('temperature', 'ambient') else np.zeros_like(huge)
+    if frozen.any():
+        said.append(f'{np.count_nonzero(frozen)} of {frozen.size} values are at or below 0 K; left out')
+    value = np.where(huge | frozen, np.nan, value)
     known = np.flatnonzero(np.isfinite(value))
-    if not known.size:
-        raise BadInput(f"{name}: no number in column '{column}'; expected some, or the frame without it")
-    if found.kind in ('length', 'elongation'):
-        value = (value[known[0]] if found.kind == 'length' else 0.0) - value
-    return value
+    if kind in ('length', 'elongation') and known.size:
+        value = (value[known[0]] if kind == 'length' else 0.0) - value
+    return value, said
+
+
+def _standing_for_none(numbers: Array, channel: str) -> Mask:
+    """Which numbers stand for none, as in a lab's file. They lie at the ends of all: what is between is not looked at."""
+    found, count = np.unique(numbers[np.isfinite(numbers)], return_counts=True)
+    ends = np.unique(np.concatenate([np.arange(found.size)[:_ENDS], np.arange(found.size)[-_ENDS:]]))
+    cells = {_as_written(found[k]): k for k in ends}
+    odd = stand_ins([cell for cell, k in cells.items() for _ in range(min(count[k], 2))], '.', channel)
+    return np.isin(numbers, [found[cells[cell]] for cell in odd])
+
+
+def _as_written(number: float) -> str:
+    """A number with no more digits than it had, in single precision too: -999.9, and not -999.9000244140625."""
+    with np.errstate(over='ignore'):
+        single = np.float32(number)
+    return str(single if single == number else number)
 
 
 def _the_one(frame: 'pd.DataFrame', column: str, name: str) -> 'pd.Series':
@@ -163,8 +231,8 @@ def _exactly(column: str) -> str | None:
     return next((each for each in CHANNELS if column in (each, column_name(each))), None)
 
 
-def _seconds(times: 'pd.Series | pd.Index', unit: str | None, name: str) -> Array:
-    """The times since the first. Stamps and spans have a unit of their own, whatever the heading says."""
+def _seconds(times: 'pd.Series | pd.Index', unit: str | None, name: str) -> tuple[Array, float]:
+    """The times since the first, and the first, 0 of stamps, which have a unit of their own, whatever is said."""
     zoned = getattr(times.dtype, 'tz', None) is not None
     values = times.to_numpy(dtype='datetime64[ns]') if zoned else np.asarray(times)
     if values.dtype.kind in 'mM':
@@ -177,8 +245,7 @@ def _seconds(times: 'pd.Series | pd.Index', unit: str | None, name: str) -> Arra
         raise BadInput(f'{name}: it has no rows')
     if not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0):
         raise BadInput(f'{name}: the time does not increase from row to row')
-    since_first: Array = time - time[0]
-    return since_first
+    return time - time[0], float(time[0])
 
 
 def _pandas() -> Any:

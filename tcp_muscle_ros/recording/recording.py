@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tcp_muscle_ros.errors import BadInput, Option, nearest
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 _Numbers = TypeVar('_Numbers', bound=NDArray[Any])
 
 
@@ -56,6 +57,7 @@ CHANNELS: Mapping[str, ChannelKind] = MappingProxyType(
         )
     }
 )
+LARGEST = 1e30  # of a value, whose cube a float still holds; more is damaged, or stands for none
 DRIVES = ('current', 'power', 'voltage')
 OUTPUTS = tuple(kind.name for kind in CHANNELS.values() if kind.role == 'output')
 # A CSV file does not say when it was made. Its bag starts at a round number, 9 September 2001: not 0, which means "no

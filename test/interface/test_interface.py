@@ -21,6 +21,7 @@ from tcp_muscle_ros import interface
 from tcp_muscle_ros.commands.progress import Progress
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.interface.results import Diagnosed
+from tcp_muscle_ros.interface.sources import recording_of
 from tcp_muscle_ros.interface.wording import in_python
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.recording.options import this_unit
@@ -231,6 +232,8 @@ def test_the_gate_names_the_argument_that_mends_a_frame(frame, change, advice):
         (lambda f: tcp.calibrate(f, separate=('hB',)), r"separate=\('hB',\): expected one of hA, C"),
         (lambda f: tcp.load(3), '^3 is no recording; expected a DataFrame, or the path of a bag or of a file$'),
         (lambda f: tcp.diagnose(None), '^None is no recording; expected'),
+        (lambda f: tcp.load(f, 'run_1'), "^run='run_1': a frame is one run of one muscle; expected it without run$"),
+        (lambda f: tcp.load(f, namespace='/left'), "^namespace='/left': a frame is one run of one muscle"),
         (lambda f: tcp.load(f, units={'displacment': 'mm'}), r"units: unknown channel 'displacment'; did you mean"),
         (lambda f: tcp.load(f, units={'load': 'gram'}), r"units\['load'\]: unknown unit 'gram'; known: N,"),
         (lambda f: tcp.load(f[['current_A']], units={'load': 'g'}), r"units\['load'\]: frame has no channel of this"),
@@ -268,6 +271,46 @@ def test_a_bag_that_is_recorded_otherwise_is_told_the_arguments_of_load(tmp_path
     write_foreign(tmp_path / 'two', rows)
     with pytest.raises(BadInput, match=r"choose one with load\(..., namespace='/left'\)"):
         tcp.load(tmp_path / 'two')
+
+
+def test_a_file_and_its_frame_leave_out_the_same_numbers(frame, tmp_path):
+    run = frame[['current_A', 'temperature_degC', 'displacement_m']].copy()
+    run.iloc[100:111, 1] = -999.9
+    run.to_csv(tmp_path / 'run.csv')
+    of_file, of_frame = tcp.load(tmp_path / 'run.csv'), tcp.load(pd.read_csv(tmp_path / 'run.csv'))
+    pd.testing.assert_frame_equal(of_frame, of_file[of_frame.columns])
+    assert of_frame['temperature_degC'].isna().sum() == 11
+    fits = [tcp.calibrate(source).table[['value', 'low', 'high']] for source in (tmp_path / 'run.csv', of_frame)]
+    pd.testing.assert_frame_equal(*fits, rtol=1e-3)
+
+
+def recorded(path, *, back_s=0.0, odd=None):
+    """A dated bag of a current that is switched on, by 0.1 s; its clock set back in its middle, one value ``odd``."""
+    rows = []
+    for k in range(200):
+        stamp = START + k * 10**8 - (round(1e9 * back_s) if k >= 100 else 0)
+        value = odd if k == 20 and odd is not None else 0.2 * (k >= 50)
+        rows += [('/current', stamp, float64(value)), ('/displacement', stamp, float64(1e-5 * k))]
+    return write_foreign(path, rows)
+
+
+@pytest.mark.parametrize('call', [tcp.load, tcp.calibrate, lambda bag: tcp.calibrate(tcp.load(bag))])
+def test_a_bag_whose_clock_was_set_back_is_refused_by_all(tmp_path, call):
+    with pytest.raises(BadInput, match='runs backwards') as raised:
+        call(recorded(tmp_path / 'back', back_s=8.0))
+    assert '\n' not in str(raised.value)
+
+
+def test_a_frame_keeps_the_date_and_the_notes_of_its_bag(tmp_path):
+    frame = tcp.load(recorded(tmp_path / 'bag', odd=float('nan')))
+    bag, again, later = recording_of(tmp_path / 'bag'), recording_of(frame), recording_of(frame.loc[5.0:])
+    assert again.notes == bag.notes and 'not finite' in again.notes[0]
+    assert again.start_ns == bag.start_ns == START and later.start_ns == START + 5 * 10**9
+    assert again.known == bag.known
+    assert recording_of(tcp.load(frame)).notes == bag.notes
+    frame.to_parquet(tmp_path / 'run.parquet')
+    read_again = recording_of(pd.read_parquet(tmp_path / 'run.parquet'))
+    assert (read_again.start_ns, read_again.notes, read_again.known) == (START, bag.notes, bag.known)
 
 
 def test_a_file_with_several_runs_asks_which(tmp_path):

@@ -131,3 +131,29 @@ def test_two_columns_of_one_name_are_refused_where_they_are_read(twice):
     with pytest.raises(BadInput, match=f"2 columns are named '{re.escape(twice)}'; expected one"):
         of_frame(pd.concat([frame, frame[[twice]]], axis=1))
     assert list(of_frame(pd.concat([frame, frame[['note']]], axis=1))) == ['temperature']
+
+
+WARM = 23 + 20 * np.sin(np.arange(400) / 60) ** 2
+
+
+@pytest.mark.parametrize('dtype', ['f4', 'f8', object])
+@pytest.mark.parametrize('none', [-999.9, 9.9e37, -9999.0, -273.2, 1e31, np.inf, np.nan])
+def test_what_stands_for_no_number_is_left_out_of_a_frame(none, dtype):
+    temperature = WARM.astype(dtype)
+    temperature[100:103] = none
+    recording = of_frame(pd.DataFrame({'T (C)': temperature, 'I (A)': WARM}))
+    np.testing.assert_allclose(recording['temperature'].value - 273.15, np.delete(WARM, [100, 101, 102]), rtol=1e-5)
+    assert len(recording['current']) == 400
+    assert ("'T (C)': 3 of 400 values are " in ' '.join(recording.notes)) is not np.isnan(none)
+
+
+def test_a_length_that_begins_with_no_number_shrinks_from_its_first():
+    frame = pd.DataFrame({'length (mm)': np.concatenate([[-999.9], 100 - WARM / 10])})
+    displacement = of_frame(frame)['displacement']
+    assert displacement.value[0] == 0.0 and np.abs(displacement.value).max() < 3e-3
+
+
+def test_numbers_that_are_high_but_not_far_from_the_others_are_kept():
+    frame = pd.DataFrame({'R (mohm)': 999.0 + np.arange(100) % 30, 'I (mA)': 9990.0 + np.arange(100) % 10})
+    recording = of_frame(frame)
+    assert len(recording['resistance']) == len(recording['current']) == 100 and not recording.notes
