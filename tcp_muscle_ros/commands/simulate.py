@@ -11,7 +11,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import add_force_argument
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from tcp_muscle_ros.commands.domain import Domain
@@ -73,8 +73,12 @@ def admit(args: argparse.Namespace) -> Admitted:
     return Admitted(output, file, protocol, held, int(file.number('seed')) if args.seed is None else args.seed)
 
 
-def run(args: argparse.Namespace) -> int:
-    """Simulate and write; sensor noise, quantisation and lag as the parameter file says."""
+def _print_note(text: str) -> None:
+    print(f'note: {text}')
+
+
+def run(args: argparse.Namespace, tell: Callable[[str], None] = _print_note) -> int:
+    """Simulate and write; sensor noise, quantisation and lag as the parameter file says. ``tell``: what takes notes."""
     from tcp_muscle_ros.commands.domain import Domain
     from tcp_muscle_ros.commands.progress import Progress
     from tcp_muscle_ros.files.outputs import in_place_of
@@ -91,7 +95,7 @@ def run(args: argparse.Namespace) -> int:
     print(f'{admitted.output}: {protocol.duration:g} s at {protocol.rate_hz:g} Hz; {domain.summary}')
     muscle = admitted.file.parameters
     for note in (*idle(given_names(muscle), muscle.effects), *domain.notes()):
-        print(f'note: {note}')
+        tell(note)
     return 0
 
 

@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+import warnings
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
@@ -19,7 +20,7 @@ from tcp_muscle_ros.process.threads import with_one_of_linear_algebra
 from tcp_muscle_ros.recording.frames import to_frame
 from tcp_muscle_ros.recording.recording import Recording
 from tcp_muscle_ros.settings.operating import DEFAULT_SET
-from tcp_muscle_ros.settings.parameter_file import ParameterFile, from_names, read, write
+from tcp_muscle_ros.settings.parameter_file import ParameterFile, from_names, given_names, idle, read, write
 from tcp_muscle_ros.settings.rig import read_rig
 
 if TYPE_CHECKING:
@@ -43,14 +44,20 @@ def simulate(protocol: Protocol, params: Params = DEFAULT_SET) -> 'pd.DataFrame'
 
     Raises:
         BadInput: the protocol or the parameters are not what they must be.
+
+    Warns:
+        UserWarning: what is not to be believed of it, or which parameters do nothing.
     """
     from tcp_muscle_ros.commands import simulate as command
     from tcp_muscle_ros.recording.bag import read_bag
 
+    notes = _idle(params)
     with tempfile.TemporaryDirectory() as folder, _protocol_file(protocol, Path(folder)) as path:
         given = {'params': str(_params_file(params, Path(folder))), 'output': str(Path(folder) / 'simulated')}
         with redirect_stdout(StringIO()):
-            command.run(Namespace(protocol=str(path), force=False, seed=None, **given))
+            command.run(Namespace(protocol=str(path), force=False, seed=None, **given), notes.append)
+        for note in notes:
+            warnings.warn(note, stacklevel=3)  # of who called it, past the words of the interface
         return to_frame(read_bag(given['output']))
 
 
@@ -157,6 +164,14 @@ def _protocol_file(protocol: Protocol, folder: Path) -> Iterator[Path]:
         yield path
     except BadInput as mistake:
         raise mistake.replaced(str(path), 'protocol') from None
+
+
+def _idle(params: Params) -> list[str]:
+    """Which of the names that were given do nothing: a file that is made of them no longer has those."""
+    if not isinstance(params, Mapping):
+        return []
+    muscle = _parameters(params).parameters
+    return idle(given_names(muscle), muscle.effects)
 
 
 def _params_file(params: Params, folder: Path) -> str | Path:

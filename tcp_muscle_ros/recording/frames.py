@@ -64,8 +64,9 @@ def stated(recording: Recording, rows: int) -> dict[str, Array]:
 def to_frame(recording: Recording) -> 'pd.DataFrame':
     """A recording as a DataFrame: the index ``time_s``, a column a channel with its unit, NaN where it has no sample.
 
-    ``frame.attrs`` has what is known of the run, the reader's ``notes``, and where it is dated its ``start_ns``. BadInput:
-    pandas is not installed.
+    ``frame.attrs`` has what is known of the run, the reader's ``notes``, and where it is dated its ``start_ns``.
+
+    BadInput: pandas is not installed.
     """
     pandas = _pandas()
     time, columns = aligned(recording)
@@ -197,7 +198,7 @@ def _values(numbers: Array, channel: str, unit: str, kind: str) -> tuple[Array, 
 
 
 def _standing_for_none(numbers: Array, channel: str) -> Mask:
-    """Which numbers stand for none, as in a lab's file. They lie at the ends of all: what is between is not looked at."""
+    """Which numbers stand for none, as in a lab's file. They lie at the ends of all; what is between is left alone."""
     found, count = np.unique(numbers[np.isfinite(numbers)], return_counts=True)
     ends = np.unique(np.concatenate([np.arange(found.size)[:_ENDS], np.arange(found.size)[-_ENDS:]]))
     cells = {_as_written(found[k]): k for k in ends}

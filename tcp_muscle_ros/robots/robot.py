@@ -87,7 +87,9 @@ class Robot:
     def _mounted(self, muscles: list[Muscle], held: Sequence[bool]) -> Tendons:
         """Muscles on the tendons. ``held``: whose cable is whole, so that the robot holds its end."""
         if len(muscles) != len(self.names):
-            raise BadInput(f'{len(muscles)} muscles for {len(self.names)}; expected one each for {", ".join(self.names)}')
+            raise BadInput(
+                f'{len(muscles)} muscles for {len(self.names)}; expected one each for {", ".join(self.names)}'
+            )
         for k, (name, muscle) in enumerate(zip(self.names, muscles, strict=True)):
             first = next(j for j, other in enumerate(muscles) if other is muscle)
             if first < k:

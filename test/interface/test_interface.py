@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import types
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -135,6 +136,34 @@ def test_parameters_may_be_given_by_their_names(muscle):
     pd.testing.assert_frame_equal(tcp.simulate(PROTOCOL, named | noise), tcp.simulate(PROTOCOL, muscle))
     start = tcp.calibrate(tcp.simulate(PROTOCOL, {'R0': 12.0}), params={'R0': 12.0}).table
     assert start.loc['R0', 'nominal'] == 12.0
+
+
+HOT = {'rate_hz': 10, 'load_n': 0.5, 'input': 'current', 'segments': [{'duration_s': 60, 'value': 0.4}]}
+
+
+@pytest.mark.parametrize(
+    ('protocol', 'params', 'said'),
+    [
+        (PROTOCOL, {'natural_convection.n': 0.35}, ['natural_convection.n has no effect: natural_convection is not']),
+        (HOT, {}, ['outside 0 to 120 degC', 'to which no coil contracts']),
+        (PROTOCOL, {'natural_convection.n': 0.35, 'effects': ['natural_convection']}, []),
+        (PROTOCOL, {}, []),
+    ],
+)
+def test_what_the_command_notes_of_a_simulation_is_a_warning(protocol, params, said):
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter('always')
+        tcp.simulate(protocol, params)
+    assert len(warned) == len(said) and all(each.filename == __file__ for each in warned)
+    for each, text in zip(warned, said, strict=True):
+        assert text in str(each.message)
+
+
+def test_a_parameter_file_is_warned_of_once(tmp_path):
+    (tmp_path / 'm.yaml').write_text('sim_node:\n  ros__parameters:\n    natural_convection.n: 0.35\n')
+    with pytest.warns(UserWarning, match='has no effect') as warned:
+        tcp.simulate(PROTOCOL, tmp_path / 'm.yaml')
+    assert len(warned) == 1
 
 
 def test_a_calibration_is_a_table_a_file_and_a_muscle(tmp_path):

@@ -247,7 +247,10 @@ ONE = Muscle(PAPER, end='blocked', load=0.4)
         (lambda: Robot('arm', {}), 'without muscles'),
         (lambda: Robot('arm', held(end='load')), "'shoulder_flexor': a robot holds the ends .* end='blocked'"),
         (lambda: Robot('arm', held(end='spring', spring_rate=10.0)), "expected Muscle\\(..., end='blocked'\\)"),
-        (lambda: Robot('arm', dict.fromkeys(ARM, ONE)), "'shoulder_extensor' and 'shoulder_flexor' are one and the same"),
+        (
+            lambda: Robot('arm', dict.fromkeys(ARM, ONE)),
+            "'shoulder_extensor' and 'shoulder_flexor' are one and the same",
+        ),
         (lambda: made('arm', ARM).take([ONE]), '^1 muscles for 4; expected one each for shoulder_flexor, '),
         (lambda: made('arm', ARM).take([ONE] * 4), 'are one and the same muscle'),
         (lambda: made('arm', ARM).take(held(end='load').values()), 'a robot holds the ends of its muscles'),
