@@ -9,12 +9,15 @@ import numpy as np
 from tcp_muscle_ros.errors import BadInput, install, nearest
 from tcp_muscle_ros.recording import options
 from tcp_muscle_ros.recording.inputs import stated_ambient
-from tcp_muscle_ros.recording.lab.channels import hangs, taken_as_force
+from tcp_muscle_ros.recording.lab.channels import Candidate, Warmth, hangs, taken_as_force
+from tcp_muscle_ros.recording.lab.columns import Column
+from tcp_muscle_ros.recording.lab.draft import ColumnRef
 from tcp_muscle_ros.recording.lab.headings import Meaning, meaning
 from tcp_muscle_ros.recording.lab.stand_ins import stand_ins
 from tcp_muscle_ros.recording.leaps import dated
 from tcp_muscle_ros.recording.recording import (
     CHANNELS,
+    DRIVES,
     LARGEST,
     UNDATED_NS,
     Array,
@@ -88,6 +91,7 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
     of that name, or else the index: in the unit that its name has, else in s, or stamps.
 
     A load varies only where its column is named as ours is, or said to be it; else it is a force that was measured.
+    A distance is the displacement where no other column is; its sign is told by how warm the muscle is.
 
     channels  NAME -> column, where a column's name does not say it
 
@@ -113,13 +117,11 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
         if channel in taken:
             raise BadInput(f"{name}: two columns are {channel}, the second is '{column}'; expected one")
         units[channel] = _unit(channel, found)
-        value, left_out = _values(_numbers(frame, column, name), channel, units[channel], found.kind)
-        finite = np.isfinite(value)
-        if not finite.any():
-            raise BadInput(f"{name}: no number in column '{column}'; expected some, or the frame without it")
-        notes += [f"'{column}': {what}" for what in left_out]
-        taken[channel] = Channel(channel, time[finite], value[finite], column)
+        read = Channel(channel, time, _numbers(frame, column, name), column)
+        taken[channel], left_out = _si(read, units[channel], found.kind, name)
+        notes += left_out
     notes += _loads_as_forces(taken, units, chosen)
+    notes += _take_distance(frame, meanings, taken, units, time, name)
     if not taken:
         raise BadInput(f"{name}: no column is a channel of a muscle; expected such as '{column_name('temperature')}'")
     start_ns, before, known = _told(frame, first)
@@ -132,7 +134,8 @@ def _told(frame: 'pd.DataFrame', first: float) -> tuple[int, tuple[str, ...], di
     A part of a frame has the attrs of the whole: it started later by the time (s) of its first row.
     """
     known = {str(key): value for key, value in frame.attrs.items()}
-    start_ns, notes = UNDATED_NS, ()
+    notes: tuple[str, ...] = ()
+    start_ns = UNDATED_NS
     if isinstance(known.get(START), int):
         start_ns = int(known.pop(START)) + round(1e9 * first)
     if isinstance(known.get(NOTES), tuple | list):  # a list once it was in a file
@@ -175,26 +178,34 @@ def _numbers(frame: 'pd.DataFrame', column: str, name: str) -> Array:
         raise BadInput(f"{name}: column '{column}' is not all numbers ({error})") from None
 
 
-def _values(numbers: Array, channel: str, unit: str, kind: str) -> tuple[Array, list[str]]:
-    """The numbers of a column in SI, NaN where there is none, and which were left out."""
-    said = []
-    none = _standing_for_none(numbers, channel)
-    if none.any():
-        which = ' and '.join(f'{number:g}' for number in np.unique(numbers[none]))
-        said.append(f'{np.count_nonzero(none)} of {none.size} values are {which}, which stands for none; left out')
-    numbers = np.where(none, np.nan, numbers)
-    value: Array = UNITS[unit].to_si(numbers)
-    huge = ~np.isnan(value) & ~(np.abs(value) < LARGEST)
-    if huge.any():
-        said.append(f'{np.count_nonzero(huge)} of {huge.size} values are not finite or above {LARGEST:g}; left out')
-    frozen = value <= 0.0 if channel in ('temperature', 'ambient') else np.zeros_like(huge)
-    if frozen.any():
-        said.append(f'{np.count_nonzero(frozen)} of {frozen.size} values are at or below 0 K; left out')
-    value = np.where(huge | frozen, np.nan, value)
-    known = np.flatnonzero(np.isfinite(value))
-    if kind in ('length', 'elongation') and known.size:
-        value = (value[known[0]] if kind == 'length' else 0.0) - value
-    return value, said
+def _si(read: Channel, unit: str, kind: str, name: str) -> tuple[Channel, list[str]]:
+    """The numbers of a column in SI, without those that are none, and what was left out. ``kind`` of its heading."""
+    where = f"'{read.topic}'"
+    numbers = read.value
+    none = _standing_for_none(numbers, read.name)
+    value: Array = np.where(none, np.nan, UNITS[unit].to_si(numbers))
+    unknown = np.isnan(value)
+    huge = ~unknown & ~(np.abs(value) < LARGEST)
+    frozen = (value <= 0.0) & ~huge & (read.name in ('temperature', 'ambient'))
+    which = ' and '.join(f'{number:g}' for number in np.unique(numbers[none]))
+    notes = [
+        f'{where}: {np.count_nonzero(some)} of {some.size} values are {what}; left out'
+        for some, what in (
+            (none, f'{which}, which stands for none'),
+            (huge, f'not finite or above {LARGEST:g}'),
+            (frozen, 'at or below 0 K'),
+        )
+        if some.any()
+    ]
+    known = ~(unknown | huge | frozen)
+    value = value[known]
+    if not value.size:
+        raise BadInput(f'{name}: no number in column {where}; expected some, or the frame without it')
+    if kind in ('length', 'distance'):
+        value = value - value[0]
+    if kind in ('length', 'elongation'):
+        value = 0.0 - value
+    return replace(read, time=read.time[known], value=value), notes
 
 
 def _standing_for_none(numbers: Array, channel: str) -> Mask:
@@ -211,6 +222,51 @@ def _as_written(number: float) -> str:
     with np.errstate(over='ignore'):
         single = np.float32(number)
     return str(single if single == number else number)
+
+
+def _take_distance(
+    frame: 'pd.DataFrame',
+    meanings: Mapping[str, Meaning],
+    taken: dict[str, Channel],
+    units: dict[str, str],
+    time: Array,
+    name: str,
+) -> list[str]:
+    """Take a distance for the displacement where no column is one, with the sign that the file reader gives it; what
+    was assumed. BadInput: there are two, or nothing tells its sign."""
+    said = {channel.topic for channel in taken.values()}
+    columns = [c for c, m in meanings.items() if m.kind == 'distance' and not (m.raw or m.commanded or c in said)]
+    if 'displacement' in taken or not columns:
+        return []
+    if len(columns) > 1:
+        raise BadInput(f"{name}: two columns are displacement, the second is '{columns[1]}'; expected one")
+    (column,) = columns
+    unit = _unit('displacement', meanings[column])
+    read = Channel('displacement', time, _numbers(frame, column, name), column)
+    channel, notes = _si(read, unit, 'distance', name)
+    rows = {each: _candidate(taken[each], time) for each in ('temperature', *DRIVES) if each in taken}
+    step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    warmth = Warmth(rows.get('temperature'), [rows[drive] for drive in DRIVES if drive in rows], (), step)
+    falls = warmth.falls(_candidate(channel, time))
+    if falls is None:
+        raise BadInput(
+            f"{name}: '{column}' is a distance that grows or falls as the muscle contracts, and nothing in it tells "
+            'which; say ',
+            options.these_channels({'displacement': column}),
+            f" where it grows, with units={{'displacement': '-{unit}'}} too where it falls; or leave the column out",
+        )
+    if falls:
+        channel = replace(channel, value=-channel.value)
+        notes.append(f"'{column}' falls as the muscle warms; its sign is turned, so that contraction is positive")
+    taken['displacement'], units['displacement'] = channel, unit
+    return notes
+
+
+def _candidate(channel: Channel, time: Array) -> Candidate:
+    """A channel as the file reader looks at one: a number a row."""
+    rows = np.full(len(time), np.nan)
+    rows[np.searchsorted(time, channel.time)] = channel.value
+    return Candidate(channel.name, Column(0, channel.topic, ColumnRef(channel.topic), meaning(channel.topic), ()), rows)
 
 
 def _the_one(frame: 'pd.DataFrame', column: str, name: str) -> 'pd.Series':

@@ -313,6 +313,16 @@ def test_a_file_and_its_frame_leave_out_the_same_numbers(frame, tmp_path):
     pd.testing.assert_frame_equal(*fits, rtol=1e-3)
 
 
+@pytest.mark.parametrize('heading', ['distance', 'gap', 'laser', 'position', 'height', 'Weg', 'stroke'])
+def test_a_file_and_its_frame_have_the_same_channels(frame, heading, tmp_path):
+    run = frame[['current_A', 'temperature_degC']].assign(**{f'{heading} (mm)': 30 - 1e3 * frame['displacement_m']})
+    run.to_csv(tmp_path / 'run.csv')
+    of_file, of_frame = tcp.load(tmp_path / 'run.csv'), tcp.load(pd.read_csv(tmp_path / 'run.csv'))
+    assert set(of_frame.columns) == set(of_file.columns) > {'displacement_m'}
+    if heading in ('distance', 'gap'):
+        pd.testing.assert_frame_equal(of_frame, of_file[of_frame.columns])
+
+
 def recorded(path, *, back_s=0.0, odd=None):
     """A dated bag of a current that is switched on, by 0.1 s; its clock set back in its middle, one value ``odd``."""
     rows = []

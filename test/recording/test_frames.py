@@ -157,3 +157,27 @@ def test_numbers_that_are_high_but_not_far_from_the_others_are_kept():
     frame = pd.DataFrame({'R (mohm)': 999.0 + np.arange(100) % 30, 'I (mA)': 9990.0 + np.arange(100) % 10})
     recording = of_frame(frame)
     assert len(recording['resistance']) == len(recording['current']) == 100 and not recording.notes
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+@pytest.mark.parametrize('heading', ['distance (mm)', 'gap (mm)'])
+@pytest.mark.parametrize('by', ['T (C)', 'I (A)'])
+def test_a_distance_is_the_contraction_whichever_way_it_goes(heading, sign, by):
+    warm = {'T (C)': WARM, 'I (A)': (WARM - 23) ** 0.5}
+    frame = pd.DataFrame({by: warm[by], heading: 30 + sign * (WARM - 23) / 10}, index=np.arange(400) * 30.0)
+    recording = of_frame(frame)
+    np.testing.assert_allclose(recording['displacement'].value, (WARM - 23) / 1e4, atol=1e-9)
+    assert ('its sign is turned' in ' '.join(recording.notes)) is (sign < 0)
+
+
+def test_a_distance_of_which_nothing_tells_the_sign_is_refused_unless_it_is_said():
+    frame = pd.DataFrame({'T (C)': WARM, 'gap (mm)': np.cos(np.arange(400))})
+    with pytest.raises(BadInput, match=r"'gap \(mm\)' is a distance that grows or falls .* in it tells which"):
+        of_frame(frame)
+    said = of_frame(frame, channels={'displacement': 'gap (mm)'})['displacement'].value
+    np.testing.assert_allclose(said, 1e-3 * (np.cos(np.arange(400)) - 1.0))
+
+
+def test_a_distance_beside_a_displacement_is_not_asked():
+    frame = pd.DataFrame({'T (C)': WARM, 'gap (mm)': np.cos(np.arange(400)), 'stroke (mm)': WARM})
+    assert of_frame(frame)['displacement'].topic == 'stroke (mm)'
