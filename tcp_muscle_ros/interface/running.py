@@ -10,6 +10,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+import numpy as np
 import yaml
 
 from tcp_muscle_ros.errors import BadInput
@@ -157,7 +158,7 @@ def _protocol_file(protocol: Protocol, folder: Path) -> Iterator[Path]:
         raise BadInput(f'protocol is {protocol!r:.60}; expected a file, or its content as a dict')
     path = folder / 'protocol'
     try:
-        path.write_text(yaml.safe_dump(dict(protocol)), encoding='utf-8')
+        path.write_text(yaml.safe_dump(_plain(protocol)), encoding='utf-8')
     except yaml.YAMLError as error:
         raise BadInput(f'protocol: expected numbers, texts, lists and dicts ({error})') from None
     try:
@@ -172,6 +173,15 @@ def _idle(params: Params) -> list[str]:
         return []
     muscle = _parameters(params).parameters
     return idle(given_names(muscle), muscle.effects)
+
+
+def _plain(given: object) -> object:
+    """What YAML can write of it: numbers of numpy are numbers."""
+    if isinstance(given, Mapping):
+        return {key: _plain(value) for key, value in given.items()}
+    if isinstance(given, list | tuple):
+        return [_plain(value) for value in given]
+    return given.tolist() if isinstance(given, np.generic | np.ndarray) else given
 
 
 def _params_file(params: Params, folder: Path) -> str | Path:

@@ -97,6 +97,11 @@ def of_frame(frame: 'pd.DataFrame', name: str = 'frame', *, channels: Mapping[st
 
     BadInput: no column is a channel, two are the same, one is missing or not of numbers, or the time does not rise.
     """
+    if frame.columns.nlevels > 1:
+        levels = frame.columns.nlevels
+        raise BadInput(
+            f'{name}: the names of its columns have {levels} levels; expected one (frame.droplevel(0, axis=1))'
+        )
     chosen = _chosen(frame, name, channels or {})
     meanings = {str(column): meaning(str(column)) for column in frame.columns}
     named = next((column for column, found in meanings.items() if found.kind == 'time'), None)

@@ -138,6 +138,16 @@ def test_parameters_may_be_given_by_their_names(muscle):
     assert start.loc['R0', 'nominal'] == 12.0
 
 
+def test_numbers_of_numpy_are_numbers_of_a_protocol():
+    segments = [{'duration_s': np.int64(2), 'value': value} for value in np.linspace(0.0, 0.2, 3)]
+    ramp = {'duration_s': 2, 'value': np.array([0.2, 0.0])}
+    told = {'rate_hz': np.float64(5), 'input': 'current', 'segments': (*segments, ramp)}
+    plain = [{'duration_s': 2, 'value': value} for value in (0.0, 0.1, 0.2, [0.2, 0.0])]
+    pd.testing.assert_frame_equal(
+        tcp.simulate(told), tcp.simulate({'rate_hz': 5, 'input': 'current', 'segments': plain})
+    )
+
+
 HOT = {'rate_hz': 10, 'load_n': 0.5, 'input': 'current', 'segments': [{'duration_s': 60, 'value': 0.4}]}
 
 

@@ -181,3 +181,8 @@ def test_a_distance_of_which_nothing_tells_the_sign_is_refused_unless_it_is_said
 def test_a_distance_beside_a_displacement_is_not_asked():
     frame = pd.DataFrame({'T (C)': WARM, 'gap (mm)': np.cos(np.arange(400)), 'stroke (mm)': WARM})
     assert of_frame(frame)['displacement'].topic == 'stroke (mm)'
+
+
+def test_columns_of_several_levels_are_refused():
+    with pytest.raises(BadInput, match='columns have 2 levels; expected one'):
+        of_frame(pd.concat({'a': RUN, 'b': RUN}, axis=1))
