@@ -1,5 +1,6 @@
 """``import tcp_muscle_ros as tcp``: the five functions, with DataFrames in and out."""
 
+import copy
 import doctest
 import importlib.util
 import pickle
@@ -191,6 +192,15 @@ def test_a_calibration_is_a_table_a_file_and_a_muscle(tmp_path):
     np.testing.assert_allclose(again['displacement_m'], frame['displacement_m'], atol=2e-5)
     with pytest.raises(BadInput, match=r"unknown parameter 'ha'; did you mean 'hA'\?"):
         found.value('ha')
+
+
+@pytest.mark.parametrize('again', [lambda found: pickle.loads(pickle.dumps(found)), copy.deepcopy])
+def test_a_calibration_can_be_kept_and_copied(frame, again):
+    found = tcp.calibrate(frame)
+    kept = again(found)
+    pd.testing.assert_frame_equal(kept.table, found.table)
+    assert repr(kept) == repr(found) and kept.calibration.rmse() == found.calibration.rmse()
+    np.testing.assert_array_equal(kept.calibration.known.covariance, found.calibration.known.covariance)
 
 
 def test_a_plot_is_a_picture(tmp_path):

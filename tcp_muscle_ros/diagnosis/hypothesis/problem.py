@@ -211,6 +211,10 @@ class Problem:
         """What allows for the errors that channels share, by recording and the channels with known zeros."""
         return {}
 
+    def __getstate__(self) -> dict[str, object]:
+        """Without the functions that it keeps: they are made anew where it is read."""
+        return {name: value for name, value in vars(self).items() if name not in ('_whitening', '_shared')}
+
     @cached_property
     def _whitening(self) -> dict[tuple[str, int], Callable[[Array], Array]]:
         """What removes the colour of every channel of every recording."""

@@ -13,6 +13,13 @@ class Work:
         self.steps, self.limit = 0, limit
         self._lock = Lock()
 
+    def __getstate__(self) -> tuple[int, float]:
+        return self.steps, self.limit  # a lock is no one's but this process's
+
+    def __setstate__(self, state: tuple[int, float]) -> None:
+        self.steps, self.limit = state
+        self._lock = Lock()
+
     def add(self, steps: float) -> None:
         """Count; whole numbers, so that the order of threads does not matter."""
         with self._lock:
