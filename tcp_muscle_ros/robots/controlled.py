@@ -5,6 +5,7 @@ have the timing of the two nodes: what is decided from the measurement at t_k fl
 """
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ class ControlledRobot:
     """A robot that comes along, its muscles and the controllers of its joints.
 
     Args:
-        robot: a name of ``models.ROBOTS``.
+        robot: a name of ``models.ROBOTS``, or an MJCF file.
         believed: what the controllers take every muscle for.
         muscles: what they really are, by muscle or '' for all others; default as believed.
         load: N, the tension with which all are mounted, cold.
@@ -49,7 +50,7 @@ class ControlledRobot:
 
     def __init__(
         self,
-        robot: str,
+        robot: str | Path,
         believed: Parameters,
         muscles: Mapping[str, Parameters] | None = None,
         *,
@@ -59,6 +60,7 @@ class ControlledRobot:
         temperature_limit: float = 100.0 + ZERO_CELSIUS,
         compensate: bool = True,
     ) -> None:
+        robot = str(robot)
         real = {'': believed, **(muscles or {})}
         self.joints = joints_of(robot)
         names = [f'{joint}_{role}' for joint in self.joints for role in (FLEXOR, EXTENSOR)]

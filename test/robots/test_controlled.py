@@ -6,6 +6,7 @@ import pytest
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.robots.controlled import ControlledRobot
+from tcp_muscle_ros.robots.models import path_of
 
 pytest.importorskip('mujoco', reason="needs MuJoCo (extra 'mujoco', Python 3.11 and later)")
 PAPER = Parameters.named('karami_tadesse_2017')
@@ -52,6 +53,10 @@ def test_an_arm_of_drawn_muscles_comes_to_its_angles(draw):
         most = np.maximum(most, arm.angles)
     assert arm.angles == pytest.approx((0.4, 0.5), abs=1e-3)
     assert (most / (0.4, 0.5) - 1.0 < 0.1).all()
+
+
+def test_a_robot_is_a_path_too():
+    assert ControlledRobot(path_of('finger'), PAPER).joints == ControlledRobot('finger', PAPER).joints
 
 
 def test_a_muscle_that_it_does_not_have_is_refused():
