@@ -32,19 +32,20 @@ Protocol: TypeAlias = str | Path | Mapping[str, object]
 
 
 @in_python
-def simulate(protocol: Protocol, params: Params = DEFAULT_SET) -> 'pd.DataFrame':
+def simulate(protocol: Protocol, params: Params = DEFAULT_SET, rig: str | Path | None = None) -> 'pd.DataFrame':
     """Run a protocol on a simulated muscle, as ``tcp_muscle simulate``.
 
     Args:
         protocol: a protocol file, or its content as a dict: ``rate_hz``, ``input``, ``segments`` ...
         params: a parameter file, a shipped set, what ``calibrate`` or ``diagnose`` returned, or names and values as in
             a file: ``{'hA': 0.02, 'effects': ['creep']}``; what is not given is as in the default set.
+        rig: a ``rig.yaml``: what its instruments show is in the frame.
 
     Returns:
         A frame with all channels, sensor noise and quantisation as the parameters say.
 
     Raises:
-        BadInput: the protocol or the parameters are not what they must be.
+        BadInput: the protocol, the parameters or the rig are not what they must be.
 
     Warns:
         UserWarning: what is not to be believed of it, or which parameters do nothing.
@@ -56,7 +57,7 @@ def simulate(protocol: Protocol, params: Params = DEFAULT_SET) -> 'pd.DataFrame'
     with tempfile.TemporaryDirectory() as folder, _protocol_file(protocol, Path(folder)) as path:
         given = {'params': str(_params_file(params, Path(folder))), 'output': str(Path(folder) / 'simulated')}
         with redirect_stdout(StringIO()):
-            command.run(Namespace(protocol=str(path), force=False, seed=None, **given), notes.append)
+            command.run(Namespace(protocol=str(path), force=False, seed=None, rig=rig, **given), notes.append)
         for note in notes:
             warnings.warn(note, stacklevel=3)  # of who called it, past the words of the interface
         return to_frame(read_bag(given['output']))

@@ -149,6 +149,12 @@ def test_numbers_of_numpy_are_numbers_of_a_protocol():
     )
 
 
+def test_the_instruments_of_a_rig_are_in_the_frame(tmp_path):
+    (tmp_path / 'rig.yaml').write_text('instruments: {displacement: {offset_m: 1.0e-3}}\n')
+    shown, ideal = tcp.simulate(PROTOCOL, rig=tmp_path / 'rig.yaml'), tcp.simulate(PROTOCOL)
+    np.testing.assert_allclose((shown - ideal)['displacement_m'], 1e-3, atol=1e-9)
+
+
 HOT = {'rate_hz': 10, 'load_n': 0.5, 'input': 'current', 'segments': [{'duration_s': 60, 'value': 0.4}]}
 
 
