@@ -12,6 +12,7 @@ import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -31,6 +32,7 @@ _GENTLER = 0.9  # times the current, again and again, until a protocol is allowe
 _GENTLEST = 0.3
 _OFTEN = 2  # that a proposed experiment is played
 _MATCHES = ('match', 'wrong_parameters')
+_ANSWER = ('named', 'verdict', 'unexplained')
 
 
 class Plant(Protocol):
@@ -100,6 +102,11 @@ def render(protocol: Played) -> str:
     return '\n'.join(lines) + '\n'
 
 
+def _mark(protocol: Played) -> str:
+    """What tells a protocol from others; the room is as it was found, each time a little otherwise."""
+    return sha256(render(replace(protocol, ambient=0.0)).encode()).hexdigest()[:16]
+
+
 def decided(report: Mapping[str, Any]) -> str:
     """Why a report needs no further experiment, '' where it does."""
     if report['unexplained'] is None and report['verdict'] in _MATCHES and report['next_experiment'] is None:
@@ -110,14 +117,15 @@ def decided(report: Mapping[str, Any]) -> str:
     return '' if report['next_experiment'] is not None else 'no experiment is known that would decide more'
 
 
-def _answer(step: Mapping[str, Any]) -> dict[str, Any]:
-    """What a diagnosis says, as far as another may say the same: what is named, whether the model holds, and whether
-    something is left unexplained."""
-    return {
-        'named': step['named'],
-        'verdict': _MATCHES[0] if step.get('verdict') in _MATCHES else step.get('verdict'),
-        'unexplained': step.get('unexplained', False),
-    }
+def _same_answer(before: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    """Whether two diagnoses say the same, as far as the earlier one is known: what is named, whether the model holds,
+    and whether something is left unexplained."""
+
+    def said(step: Mapping[str, Any]) -> dict[str, Any]:
+        holds = {'verdict': step['verdict'] in _MATCHES or step['verdict']} if 'verdict' in step else {}
+        return {name: step[name] for name in _ANSWER if name in step} | holds
+
+    return all(said(now).get(name) == value for name, value in said(before).items())
 
 
 class Log:
@@ -225,13 +233,13 @@ class Investigation:
         runs = last['runs'] - asked[-1]['runs'] if asked else 0
         if asked and not runs:
             self._end(why, of_budget=True)  # the budget is smaller than when it was asked again
-        elif asked and _answer(asked[-1]) == _answer(last):
+        elif asked and _same_answer(asked[-1], last):
             self._end(f'{why}, and {runs} further runs say the same')
         elif not further or self._beyond(further[0][0]):
             self._end(why, of_budget=bool(further))
         else:
             self._say('that is an answer: does it stand in further runs?')
-            self.log.add('ask_again', runs=last['runs'], **_answer(last))
+            self.log.add('ask_again', runs=last['runs'], **{name: last[name] for name in _ANSWER if name in last})
 
     def _propose(self, number: int, last: Mapping[str, Any]) -> None:
         """The experiment that the last diagnosis proposes, or the end."""
@@ -250,9 +258,12 @@ class Investigation:
 
     def _played(self, protocol: Played) -> int:
         """How often this protocol was played."""
-        wanted = render(replace(protocol, ambient=0.0))  # the room is as it was found, each time a little otherwise
-        paths = [self._folder / 'protocols' / f'{run["name"]}.yaml' for run in self.log.of('run')]
-        return sum(render(replace(read_protocol(path), ambient=0.0)) == wanted for path in paths)
+        wanted = _mark(protocol)
+        return sum(self._asked(run) == wanted for run in self.log.of('run'))
+
+    def _asked(self, run: Mapping[str, Any]) -> str:
+        """Which protocol a run was to be, with however much less current it was played."""
+        return run.get('asked') or _mark(read_protocol(self._folder / 'protocols' / f'{run["name"]}.yaml'))
 
     def _beyond(self, protocol: Played) -> str:
         """Which budget a protocol would pass, beside the run that is to be kept back; '' where none."""
@@ -270,14 +281,15 @@ class Investigation:
 
     def _record(self, step: str, name: str, protocol: Played) -> None:
         """Record a run; one that overheats counts as played, and is played again with less current the next time."""
-        stops = sum(one['name'] == name for one in self.log.of('overheated'))
+        asked = _mark(protocol)
+        stops = sum(one['asked'] == asked for one in self.log.of('overheated'))
         protocol = gentler(protocol, stops)
         path, bag = self._folder / 'protocols' / f'{name}.yaml', self._folder / 'runs' / name
         path.write_text(render(protocol), encoding='utf-8')
         set_aside(path_of(bag), 'stopped')
         set_aside(bag, 'stopped')  # what is left of a run that was not finished
         self._say(f'{name}: {protocol.duration:.0f} s')
-        spent = {'duration_s': protocol.duration, 'cycles': cycles_of(protocol)}
+        spent = {'asked': asked, 'duration_s': protocol.duration, 'cycles': cycles_of(protocol)}
         try:
             bags = self._plant.record(path, bag)
         except Overheated as stop:

@@ -1,5 +1,6 @@
 """The loop of an investigation: what it does next, when it ends, and that it goes on after a kill wherever it was."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -37,10 +38,11 @@ class Killed(BaseException):
 class Rig:
     """What records and diagnoses, and is killed before or after the step ``dies``. The third report decides; what is
     named then, each report says after the count of its bags in ``says``; after those in ``lacks`` something is left
-    unexplained. It proposes something new each time, or ``always`` the same. The first ``hot`` runs overheat."""
+    unexplained. It proposes something new each time, or ``always`` the same. The first ``hot`` runs overheat, and those
+    of more than ``most`` A."""
 
-    def __init__(self, dies=None, decides=3, says=None, always=False, lacks=(), hot=0):
-        self.lacks, self.hot = lacks, hot
+    def __init__(self, dies=None, decides=3, says=None, always=False, lacks=(), hot=0, most=9.0):
+        self.lacks, self.hot, self.most = lacks, hot, most
         self.dies, self.decides, self.says, self.always, self.steps = dies, decides, says or {}, always, 0
 
     def _step(self, work):
@@ -53,8 +55,8 @@ class Rig:
 
     def record(self, protocol, bag):
         assert read_protocol(protocol).duration > 0.0
-        if self.hot:
-            self.hot -= 1
+        if self.hot or read_protocol(protocol).sampled().drive.max() > self.most:
+            self.hot = max(self.hot - 1, 0)
             bag.mkdir()
             raise Overheated('stopped, 0 A: the temperature is 61 degC, the limit 60 degC')
         self._step(bag.mkdir)
@@ -155,6 +157,28 @@ def test_what_overheats_counts_as_played_and_is_played_again_with_less_current(t
         Rig(hot=2).investigation(tmp_path / 'poor', budget).run()
     with pytest.raises(Overheated, match='the temperature is 61 degC'):
         Rig(hot=99).investigation(tmp_path / 'ever').run()
+
+
+def test_what_is_proposed_again_after_it_overheated_is_the_same_and_begins_with_as_little_current(tmp_path):
+    made = Rig(decides=99, always=True, most=0.19).investigation(tmp_path, rounds=((EXPLORED[1],),))
+    made.run()
+    kinds = [step['step'] for step in made.log.steps if step['step'] != 'diagnosis']
+    # Of the first protocol, of the proposed one that is played twice, and of the one that is kept back.
+    assert kinds == [*['overheated', 'run'] * 2, 'run', 'end', 'overheated', 'kept_back']
+    assert 'played 2 times' in made.log.of('end')[0]['why']
+
+
+def test_an_answer_of_which_less_was_written_down_is_the_same_as_far_as_it_goes(tmp_path):
+    """As before ``ask_again`` had the verdict and whether something is unexplained."""
+    try:
+        Rig(dies=5, decides=1).investigation(tmp_path, rounds=TWICE).run()
+    except Killed:
+        lines = (tmp_path / 'log.jsonl').read_text().splitlines()
+    old = {name: value for name, value in json.loads(lines[-1]).items() if name in ('step', 'named', 'runs')}
+    (tmp_path / 'log.jsonl').write_text('\n'.join([*lines[:-1], json.dumps(old)]) + '\n')
+    made = Rig(decides=1).investigation(tmp_path, rounds=TWICE)
+    made.run()
+    assert made.log.of('end')[0]['why'].endswith('and 2 further runs say the same')
 
 
 def test_an_experiment_that_decides_nothing_is_played_twice_and_then_something_else_is_asked(tmp_path):
