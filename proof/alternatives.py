@@ -130,6 +130,12 @@ def corrected(replayed: Replayed, correction: Correction) -> Replayed:
     return Replayed(replayed.experiment, replayed.outputs, left)
 
 
+def answered(out: Path, most: int) -> bool:
+    """Whether an answer is there, of so many samples as all methods of this run have."""
+    report = out / REPORT
+    return report.is_file() and json.loads(report.read_text(encoding='utf-8')).get('samples') == most
+
+
 def run(
     folder: Path,
     reports: Path,
@@ -154,10 +160,11 @@ def run(
             runs = [corrected(one, outcome.correction) for one in runs]
         if runs:
             (out / HELD_OUT).write_text(json.dumps(errors(runs)) + '\n', encoding='utf-8')
-        (out / REPORT).write_text(json.dumps(outcome.report(), indent=1) + '\n', encoding='utf-8')
+        report = outcome.report() | {'samples': most}
+        (out / REPORT).write_text(json.dumps(report, indent=1) + '\n', encoding='utf-8')
 
     folders = {name: reports / name / case.name for name in names}
-    left = {name: out for name, out in folders.items() if not (out / REPORT).is_file()}
+    left = {name: out for name, out in folders.items() if not answered(out, most)}
     found = [guarded(f'{case.name}, {name}', out, partial(answer, name, out)) for name, out in left.items()]
     return '; '.join(problem for problem in found if problem) or None
 

@@ -94,7 +94,7 @@ class Proof:
         wanted = [
             label
             for label in json.loads(self.labels.read_text(encoding='utf-8'))['cases']
-            if not all((self.reports / name / label['case'] / REPORT).is_file() for name in names)
+            if not all(alternatives.answered(self.reports / name / label['case'], self.most) for name in names)
         ]
         work = partial(_alternatives, self.bags, self.reports, self.unseen, names, self.most)
         self._each('alternatives', wanted, work)

@@ -79,6 +79,17 @@ def test_a_method_that_fails_keeps_no_other_from_being_run(tmp_path, monkeypatch
     assert 'singular' in (reports / 'whiteness_bic' / made.name / 'failed').read_text()
 
 
+def test_an_answer_of_another_number_of_samples_is_made_anew(tmp_path, monkeypatch):
+    made = make_case('development', 5, 1, 'null', '')
+    label = write_case(made, tmp_path / 'cases')
+    folder, reports, asked = tmp_path / 'cases' / made.name, tmp_path / 'reports', []
+    quick = alternatives.Outcome((), Case(folder).nominal)
+    monkeypatch.setitem(alternatives.RUNNERS, 'oracle', lambda case, label: asked.append(1) or quick)
+    for most in (300, 300, 500):
+        assert alternatives.run(folder, reports, label, names=['oracle'], most=most) is None
+    assert len(asked) == 2
+
+
 @pytest.fixture(scope='module')
 def proven(tmp_path_factory):
     """A case through every phase, and once more over what is already there."""
