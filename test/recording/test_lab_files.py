@@ -892,6 +892,38 @@ def test_a_comma_of_thousands_separates_nothing_and_a_row_with_a_number_too_many
     assert '1 row(s) with more numbers than headings are left out, the first is row 7' in recording.notes
 
 
+@pytest.mark.parametrize(
+    ('heads', 'line', 'at'),
+    [
+        ('t (s),Load (g),I (mA),T (degC)', '{t:.2f},60,{I},{T}', (30, 50)),
+        ('t (s),R (ohm),I (mA),T (degC)', '{t:.2f},14,{I},{T}', (30, 50)),
+        ('t (s),I (mA),U (mV),T (degC)', '{t:.2f},{I},{U},{T}', (10, 30)),
+        ('t (s),I (mA),T (degC)', '{k},{I},{T}', (30, 50)),  # whose time would run away
+    ],
+)
+def test_two_whole_numbers_before_one_too_many_are_not_joined(tmp_path, heads, line, at):
+    on = [k % 40 >= 20 for k in range(80)]
+    rows = [
+        line.format(k=k, t=k / 10 + 0.05, I=250 if on[k] else 5, U=999 if on[k] else 150, T=f'{23 + k / 10:.1f}')
+        + ',1' * (k in at)
+        for k in range(80)
+    ]
+    (without,) = imported_text(tmp_path, heads, rows)
+    for run in (without, written(tmp_path, heads, rows)):
+        assert '2 row(s) with more numbers than headings are left out, the first is row' in ' '.join(run.notes)
+        np.testing.assert_allclose(run['temperature'].value[-1], 273.15 + 30.9)
+        assert len(run['current']) == 78 and np.max(run['current'].value) == 0.25
+        if 'Load' in heads:
+            np.testing.assert_allclose(run['load'].value, 0.588399)
+
+
+@pytest.mark.parametrize('off', [0, 95])
+def test_a_comma_of_thousands_separates_nothing_where_a_drive_is_off_in_all_other_rows(tmp_path, off):
+    rows = [f'{k / 2},{12500 if k % 40 > 20 else off:,.1f},{23 + k / 10:.1f},{k / 50}' for k in range(100)]
+    (recording,) = imported_text(tmp_path, HEADS, rows)
+    assert len(recording['current']) == 100 and np.max(recording['current'].value) == 12.5
+
+
 def test_columns_with_decimal_commas_stand_beside_such_with_points(tmp_path):
     rows = [f'{k / 10:.1f};{13.993 + k / 1000:.3f};{f"{23 + k / 10:.2f}".replace(".", ",")}' for k in range(40)]
     path = tmp_path / 'run.csv'

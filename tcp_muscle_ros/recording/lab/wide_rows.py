@@ -1,13 +1,15 @@
 """Rows of a text file that have more cells than headings stand above them."""
 
+import math
 import re
 from collections.abc import Sequence
 
-from tcp_muscle_ros.recording.lab.cells import is_time, is_value
+from tcp_muscle_ros.recording.lab.cells import is_time, is_value, number
 from tcp_muscle_ros.recording.lab.grid import Row
 
 _MANY = 0.2  # of the rows of a table
 _MOST = 0.9
+_SIZES = 10.0  # times as large or as small as any number of its column, from which on one does not go with it
 _SECONDS = re.compile(r'(?:.*[T ])?\d{1,2}:\d{2}:\d{2}')
 _FRACTION = re.compile(r'\d{3}|\d{6}')
 _THOUSANDS = re.compile(r'[+-]?[1-9]\d{0,2}')
@@ -17,13 +19,17 @@ _GROUP = re.compile(r'\d{3}(\.\d*)?')
 def whole_rows(rows: Sequence[Row], named: int, delimiter: str) -> tuple[tuple[Row, ...], tuple[int, ...]]:
     """The rows with each cell below its heading, of which there are ``named``, and the numbers of those left out.
 
-    A comma within a number makes two cells of it where commas separate the cells: these are joined again. Single rows
-    with another number too many are left out. A table most of whose rows have one stays as it is.
+    A comma within a number makes two cells of it where commas separate the cells: these are joined again where the row
+    then goes with the others. Single rows with another number too many are left out. A table most of whose rows have
+    one stays as it is.
     """
     found = tuple(rows)
     if delimiter == ',':
         found = _with_fractions(found, named)
-    wide = {row.number: _with_groups(row, named) if delimiter == ',' else None for row in found if _is_wide(row, named)}
+    wide: dict[int, Row | None] = {row.number: None for row in found if _is_wide(row, named)}
+    if wide and delimiter == ',':
+        sizes = _sizes([row for row in found if row.number not in wide], named)
+        wide = {row.number: _with_groups(row, named, sizes) for row in found if row.number in wide}
     left_out = tuple(number for number, row in wide.items() if row is None)
     if len(found) - len(wide) < _MANY * len(found) or len(left_out) >= _MANY * len(found):
         return found, ()
@@ -61,12 +67,35 @@ def _is_fraction(time: str, cell: str) -> bool:
     return bool(_FRACTION.fullmatch(cell) and _SECONDS.fullmatch(time)) and is_time(time)
 
 
-def _with_groups(row: Row, named: int) -> Row | None:
-    """The row with numbers as 1,250.5 in one cell; None where as many as are too many may not be joined in one way."""
+def _with_groups(row: Row, named: int, sizes: Sequence[tuple[float, float]]) -> Row | None:
+    """The row with numbers as 1,250.5 in one cell; None where as many as are too many may not be joined in one way, or
+    where it goes better with the others as it is: 60,250 may be two numbers, and the one too many stand at its end."""
     cells = row.cells[: _width(row)]
     at = [k for k in range(len(cells) - 1) if _THOUSANDS.fullmatch(cells[k]) and _GROUP.fullmatch(cells[k + 1])]
-    apart = all(k + 1 not in at for k in at)
-    return _joined(row, at, '') if apart and len(at) == len(cells) - named else None
+    if len(at) != len(cells) - named or any(k + 1 in at for k in at):
+        return None
+    joined = _joined(row, at, '')
+    odd = _odd(joined, sizes)
+    return joined if odd == 0 or odd < _odd(row, sizes) else None
+
+
+def _sizes(rows: Sequence[Row], named: int) -> list[tuple[float, float]]:
+    """The smallest and the largest size of the numbers in each column; of one that has none but zeros, any."""
+    found = []
+    for k in range(named):
+        cells = [row.cells[k] for row in rows if k < len(row.cells)]
+        sizes = [abs(value) for cell in cells if (value := number(cell)) is not None]
+        found.append((min(sizes), max(sizes)) if any(sizes) else (0.0, math.inf))
+    return found
+
+
+def _odd(row: Row, sizes: Sequence[tuple[float, float]]) -> int:
+    """How many of its numbers do not go with their columns."""
+    values = [number(cell) for cell in row.cells[: len(sizes)]]
+    return sum(
+        value is not None and not low <= _SIZES * abs(value) <= _SIZES**2 * high
+        for value, (low, high) in zip(values, sizes, strict=True)
+    )
 
 
 def _joined(row: Row, at: Sequence[int], between: str) -> Row:
