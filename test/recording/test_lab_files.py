@@ -816,6 +816,34 @@ def test_commas_of_thousands_are_no_decimal_ones(tmp_path, line, first):
     assert recording['current'].value[0] == pytest.approx(first)
 
 
+@pytest.mark.parametrize(
+    'line',
+    [
+        '{t:.1f};0;{P};{T}',  # points in another column
+        '{t:.0f};1.2;{P};{T}',
+        '{t:.0f};0;{P_or_1};{T_or_23}',  # whole numbers between
+    ],
+)
+@pytest.mark.parametrize('heads', ['Zeit (s);Version;P (W);T (°C)', 'Zeit;Version;P;T\ns;;W;°C'])
+def test_decimals_that_would_be_beyond_every_muscle_as_thousands_are_decimals(tmp_path, line, heads):
+    written = [(f'1,{125 + k}', f'23,{125 + k}') for k in range(58)]
+    rows = [
+        line.format(
+            t=k / 10 if '.1f' in line else k, P=P, T=T, P_or_1=P if k % 2 else '1', T_or_23=T if k % 3 else '23'
+        )
+        for k, (P, T) in enumerate(written)
+    ]
+    (recording,) = imported_text(tmp_path, heads, rows)
+    assert recording['power'].value[-1] == pytest.approx(1.182)
+    assert recording['temperature'].value[1] == pytest.approx(273.15 + 23.126)
+
+
+def test_thousands_that_a_muscle_may_have_are_thousands_beside_points(tmp_path):
+    rows = [f'{k / 10:.1f};{30000 if k < 8 else 1250 + k / 8:,};{1250 + k:,}' for k in range(40)]
+    (recording,) = imported_text(tmp_path, 't (s);R (ohm);P (mW)', rows)
+    assert recording['resistance'].value[-1] == 1254.875 and recording['power'].value[0] == pytest.approx(1.25)
+
+
 def long_form(times, devices=('',)):
     """One reading a row: of two names, at each time, of each device."""
     return [
