@@ -661,6 +661,14 @@ def test_a_drive_that_is_off_or_gives_a_number_of_nines_gives_it(tmp_path, nines
     assert set(run.layout.missing) == {'9.9E+37', '-999.9'}
 
 
+@pytest.mark.parametrize(('nines', 'without'), [('9999', 8), ('999', 0), ('999.9', 0)])
+def test_nines_far_above_a_drive_that_stays_are_no_level_of_it(tmp_path, nines, without):
+    rows = [f'{k},{nines if k % 10 == 3 else 250},{23 + k / 10}' for k in range(80)]
+    (recording,) = imported_text(tmp_path, 't (s),I (mA),T (degC)', rows)
+    assert len(recording['current']) == 80 - without
+    assert np.max(recording['current'].value) == (0.25 if without else float(nines) / 1000.0)
+
+
 @pytest.mark.parametrize(
     ('line', 'load', 'room'),
     [

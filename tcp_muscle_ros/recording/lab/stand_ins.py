@@ -1,5 +1,6 @@
 """Numbers that an instrument or a program writes where it has none: -999.9, 9.9E+37, or the end of its range."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ _FAR = 3.0  # spans of all that is measured, that it lies beyond it
 _MOVES = 20  # different numbers in a column that moves
 _GRADUAL = ('temperature', 'ambient', 'resistance')  # nothing moves them at once
 _SWITCHED = (*DRIVES, 'load')  # may go between two values
+_LEVEL = 20.0  # times the other value, where that is none of a drive that is off
 
 
 def stand_ins(cells: Sequence[str], decimal: str, kind: str = '') -> frozenset[str]:
@@ -34,7 +36,8 @@ def stand_ins(cells: Sequence[str], decimal: str, kind: str = '') -> frozenset[s
         return frozenset()
     span = max(rest) - min(rest)
     if span == 0.0 and kind in _SWITCHED:
-        odd = {cell: value for cell, value in odd.items() if value < 0.0 or _OVERFLOW.fullmatch(cell)}
+        most = _LEVEL * abs(rest[0]) or math.inf
+        odd = {cell: value for cell, value in odd.items() if not 0.0 <= value <= most or _OVERFLOW.fullmatch(cell)}
     margin = _FAR * span
     return frozenset(cell for cell, value in odd.items() if not min(rest) - margin <= value <= max(rest) + margin)
 
