@@ -1137,6 +1137,24 @@ def test_vectors_of_a_matlab_file_at_two_rates_keep_their_own_times(tmp_path, ot
         assert note.endswith('t_fit_s (750), x_fit_mm (750), pid (3)')
 
 
+def test_vectors_at_a_tenth_of_the_rate_may_be_most_of_a_matlab_file(tmp_path):
+    t = np.arange(3000) / 10.0
+    slow = {'t_slow_s': t[::10], 'T_degC': 23.0 + 0.01 * t[::10], 'R_ohm': 14.0 + 0.01 * t[::10], 'F_N': t[::10]}
+    savemat(tmp_path / 'run.mat', {'t_s': t, 'current_A': 0.2 * (t % 20 > 10), **slow})
+    (run,) = imported(tmp_path / 'run.mat', tmp_path)
+    assert {name: len(channel) for name, channel in run.channels.items()} == {
+        'current': 3000, 'temperature': 300, 'resistance': 300, 'force': 300,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(('heading', 'name'), [('R cal (ohm)', 'resistance'), ('Bath (degC)', 'ambient')])
+def test_a_calibration_beside_a_run_is_no_channel_of_it(tmp_path, heading, name):
+    rows = [f'{k / 10},{0.2 * (k % 40 > 20)},{23 + k / 1000},,{20 + k / 100 if k < 250 else ""}' for k in range(3000)]
+    (run,) = lab_text(tmp_path, f't (s),I (A),T (degC),,{heading}', rows=rows)
+    assert name not in [column.channel for column in run.columns]
+    assert f"'{heading}' is left out: 250 of its 3000 cells are numbers" in run.notes
+
+
 def test_a_vector_of_a_matlab_file_that_no_time_fits_is_left_out_and_said_to_be(tmp_path):
     t = np.arange(300) / 10.0
     vectors = {'t_s': t, 'current_A': 0.2 * (t % 20 > 10), 'T_degC': 23.0 + 0.01 * np.arange(301)}

@@ -1,6 +1,6 @@
 """Which columns are channels of a muscle, and in which units."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -90,15 +90,19 @@ def channels_of(
 
     BadInput: several columns could be one channel, or the unit or the sign of one cannot be told.
     """
-    found = [each for column in columns if (each := _candidate(column, columns)) is not None]
+    clocks = _clocks(columns, time)
+    ends = {column.ref: _end(column) for column in columns}
+    of_run = ends[time.ref] if isinstance(time, DraftTime) else len(columns[0].cells)
+    last = {index: ends[clock.ref] for index, clock in clocks.items()}
+    rows = {c.index: read for c in columns if (read := _numbers(c, last.get(c.index, of_run))) is not None}
+    found = [each for column in columns if (each := _candidate(column, columns, rows)) is not None]
     length = rest_length(preamble)
-    notes = [_unread(column) for column in columns if _channel_of(column) and _numbers(column) is None]
+    notes = [_unread(column) for column in columns if _channel_of(column) and column.index not in rows]
     notes += [_unscaled(each.column) for each in found if _without_scale(each, length)]
     found = [each for each in found if not _without_scale(each, length)]
     elsewhere = _elsewhere(found)
     notes += [f'{ref} is left out: {why}' for ref, why in elsewhere.items()]
     found = [each for each in found if each.column.ref not in elsewhere]
-    clocks = _clocks(columns, time)
     chosen = {
         channel: _chosen(channel, [each for each in found if each.channel == channel], path)
         for channel in dict.fromkeys(each.channel for each in found)
@@ -186,12 +190,20 @@ def _channel_of(column: Column) -> str:
     return channel if channel in CHANNELS else ''
 
 
-def _numbers(column: Column) -> Array | None:
-    """The numbers of a column without those that stand for none; None where there are too few."""
+def _end(column: Column) -> int:
+    """The row after the last in which something stands."""
+    return max((k for k, cell in enumerate(column.cells, 1) if cell), default=0)
+
+
+def _numbers(column: Column, end: int) -> Array | None:
+    """The numbers of a column without those that stand for none; None where there are too few.
+
+    ``end``: the rows that its clock has. Many numbers at a lower rate may end with it before the table does; what ends
+    before its clock is of another table, a calibration for example.
+    """
     rows = np.where([cell in column.stand_ins for cell in column.cells], np.nan, column.numbers)
-    count, filled = np.count_nonzero(np.isfinite(rows)), np.flatnonzero([cell != '' for cell in column.cells])
-    end = int(filled[-1]) + 1 if count >= _MANY else len(rows)  # of one at a lower rate that has its own clock
-    return rows if count >= max(_FEWEST * end, 2) else None
+    count = np.count_nonzero(np.isfinite(rows))
+    return rows if count >= max(_FEWEST * (end if count >= _MANY else len(rows)), 2) else None
 
 
 def _unread(column: Column) -> str:
@@ -202,24 +214,26 @@ def _unread(column: Column) -> str:
     return f'{column.ref} is left out: {count} of its {len(column.cells)} cells are numbers{example}'
 
 
-def _candidate(column: Column, columns: Sequence[Column]) -> Candidate | None:
-    channel, rows = _channel_of(column), _numbers(column)
-    if not channel or rows is None:
+def _candidate(column: Column, columns: Sequence[Column], rows: Mapping[int, Array]) -> Candidate | None:
+    """The channel that a column may be. ``rows``: the numbers of those that have enough, by their index."""
+    channel, own = _channel_of(column), rows.get(column.index)
+    if not channel or own is None:
         return None
-    value = rows[np.isfinite(rows)]
+    value = own[np.isfinite(own)]
     if column.meaning.commanded:
         if channel not in _COMMANDED:
             return None  # what was asked for; only what was measured counts
         channel = _COMMANDED[channel]
-    if channel == 'load' and not any(map(_is_a_force, columns)) and not hangs(value):
+    measured = any(_is_a_force(each) for each in columns if each.index in rows)
+    if channel == 'load' and not measured and not hangs(value):
         channel = 'force'  # what varies while the muscle works is measured, not hung on it
-    return Candidate(channel, column, rows)
+    return Candidate(channel, column, own)
 
 
 def _is_a_force(column: Column) -> bool:
-    """Whether a column is a force that was measured, and that is not left out."""
+    """Whether a column is a force that was measured and may be scaled."""
     means = column.meaning
-    return means.kind == 'force' and not means.commanded and not means.raw and _numbers(column) is not None
+    return means.kind == 'force' and not means.commanded and not means.raw
 
 
 def taken_as_force(column: object) -> str:
