@@ -880,6 +880,30 @@ def test_readings_of_one_time_that_differ_are_refused_and_what_tells_them_apart_
         lab_text(tmp_path, 'time_s,device,field,value', rows=rows)
 
 
+@pytest.mark.parametrize(
+    'lines',
+    [
+        ['{k},psu,current_A,0.2', '{k},psu,status,0', '{k},dmm,status,1', '{k},dmm,temperature_C,{T:.1f}'],
+        ['{k},psu,current_A,0.2', '{k},psu,state,on', '{k},dmm,state,auto', '{k},dmm,temperature_C,{T:.1f}'],
+        ['{k},psu,current_A,0.2', '{k},dmm,temperature_C,{T:.1f}', '{k},dmm,temperature_C,{T:.2f}'],
+    ],
+    ids=['a number for a state', 'a word for it', 'with more digits'],
+)
+def test_readings_of_one_time_that_say_the_same_or_are_of_no_channel_are_none_too_many(tmp_path, lines):
+    rows = [line.format(k=k, T=23 + k / 10) for k in range(60) for line in lines]
+    (recording,) = imported_text(tmp_path, 'time_s,device,name,value', rows)
+    assert len(recording['current']) == len(recording['temperature']) == 60
+    assert recording['temperature'].value[-1] == pytest.approx(273.15 + 28.9)
+
+
+def test_readings_with_decimal_commas_that_differ_are_refused_too(tmp_path):
+    rows = [
+        f'{k};{name};{value}' for k in range(60) for name, value in (('I_A', '0,2'), ('T_C', '23,1'), ('T_C', '23,4'))
+    ]
+    with pytest.raises(BadInput, match="both read 'T_C' at '0', 23,1 and 23,4"):
+        lab_text(tmp_path, 'time_s;name;value', rows=rows)
+
+
 def test_a_reading_twice_in_one_second_is_left_out_and_one_that_is_repeated_is_none(tmp_path):
     rows = long_form([k - (k == 50) for k in range(120)])
     for repeats, left_out in (([], 2), (rows[:40], 2)):

@@ -56,20 +56,23 @@ def _varies(heading: str, cells: Iterable[str]) -> bool:
 def wide(grid: Grid, form: LongForm, path: Path) -> Grid:
     """A long table as one with a column for each name. Its headings are row 0, which the file does not have.
 
-    Of readings of one name that have the same time and differ, the last counts. BadInput: there are many such.
+    Of readings of one name that have the same time and differ, the last counts. BadInput: there are many such of what
+    may be a channel; of a state nobody asks.
     """
     heads = next(row for row in grid.rows if {form.time, form.name, form.value} <= set(row.cells))
     at, name, value = (heads.cells.index(heading) for heading in (form.time, form.name, form.value))
     below = [row for row in grid.rows if row.number > heads.number and len(row.cells) == len(heads.cells)]
     names = list(dict.fromkeys(row.cells[name] for row in below))
+    named = {each for each in names if meaning(each).kind}
     found: dict[str, dict[str, Row]] = {}
     twice: list[tuple[Row, Row]] = []
     for row in below:
         of_time = found.setdefault(row.cells[at], {})
         before = of_time.setdefault(row.cells[name], row)
         if before.cells[value] != row.cells[value]:
-            twice.append((before, row))
             of_time[row.cells[name]] = row
+            if row.cells[name] in named and _reading(before.cells[value]) != _reading(row.cells[value]):
+                twice.append((before, row))
     if len(twice) > _SELDOM * len(below):
         raise BadInput(f'{path}: {_clash(*twice[0], heads, (at, name, value))}')
     rows = [
@@ -79,6 +82,11 @@ def wide(grid: Grid, form: LongForm, path: Path) -> Grid:
     note = f'{len(twice)} reading(s) are left out, for a later one of the same name has the same time'
     notes = (*grid.notes, note) if twice else grid.notes
     return replace(grid, rows=(Row(0, (form.time, *names)), *rows), notes=notes)
+
+
+def _reading(cell: str) -> tuple[float | None, float | None]:
+    """The number that a cell has with a decimal point, and with a comma: 23.0 and 23.00 are one reading."""
+    return number(cell), number(cell, ',')
 
 
 def _clash(one: Row, other: Row, heads: Row, used: tuple[int, int, int]) -> str:
