@@ -977,6 +977,20 @@ def test_two_whole_numbers_before_one_too_many_are_not_joined(tmp_path, heads, l
             np.testing.assert_allclose(run['load'].value, 0.588399)
 
 
+def test_numbers_with_thousands_throughout_are_to_be_put_in_quotes(tmp_path):
+    cells = [f'{1250 + k:,}.0' for k in range(80)]
+    heads = 't (s),P (mW),T (degC)'
+    with pytest.raises(BadInput, match=re.escape('3 headings stand over 4 columns')) as refused:
+        imported_text(tmp_path, heads, [f'{k},{cell},{23 + k / 10}' for k, cell in enumerate(cells)])
+    assert 'where a comma parts thousands, put such numbers in quotes, as "1,250.0"; where' in str(refused.value)
+    (recording,) = imported_text(tmp_path, heads, [f'{k},"{cell}",{23 + k / 10}' for k, cell in enumerate(cells)])
+    assert recording['power'].value[0] == pytest.approx(1.25)
+    with pytest.raises(BadInput, match='expected one over each; where the last columns'):
+        imported_text(tmp_path, heads, [f'{k},1.5,{k + 0.25},{23 + k / 10}' for k in range(80)])
+    with pytest.raises(BadInput, match='expected one over each; where the last columns'):
+        imported_text(tmp_path, heads, [f'{k},250,{23 + k / 10:.1f}' + ',1' * (k % 3 == 0) for k in range(80)])
+
+
 @pytest.mark.parametrize('off', [0, 95])
 def test_a_comma_of_thousands_separates_nothing_where_a_drive_is_off_in_all_other_rows(tmp_path, off):
     rows = [f'{k / 2},{12500 if k % 40 > 20 else off:,.1f},{23 + k / 10:.1f},{k / 50}' for k in range(100)]

@@ -22,7 +22,7 @@ from tcp_muscle_ros.recording.lab.tables import SHARE, Table, find_tables
 from tcp_muscle_ros.recording.lab.text_file import SPACES
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, time_of, times
 from tcp_muscle_ros.recording.lab.vocabulary import ROLES
-from tcp_muscle_ros.recording.lab.wide_rows import too_many, whole_rows
+from tcp_muscle_ros.recording.lab.wide_rows import too_many, whole_rows, with_thousands
 from tcp_muscle_ros.recording.options import A_MAP
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -144,9 +144,11 @@ def _refuse_shifted(table: Table, columns: Sequence[Column], layout: Layout, pat
     if layout.delimiter == SPACES and (wrong := misfit([column.heading for column in columns], width)):
         raise BadInput(f'{path}: {wrong}')
     if path.suffix.lower() not in KINDS and (width := too_many(table.rows, table.named)):
+        found = with_thousands(table.rows, table.named) if layout.delimiter == ',' else ''
+        quotes = f'where a comma parts thousands, put such numbers in quotes, as "{found}"; ' if found else ''
         raise BadInput(
             f'{path}: {table.named} headings stand over {width} columns, so that none is surely over its own; expected '
-            'one over each; where the last columns are those without, ',
+            f'one over each; {quotes}where the last columns are those without, ',
             *_HELP,
         )
 

@@ -43,6 +43,17 @@ def too_many(rows: Sequence[Row], named: int) -> int:
     return max(widths, key=widths.count) if len(widths) >= max(_MANY * len(rows), 1) else 0
 
 
+def with_thousands(rows: Sequence[Row], named: int) -> str:
+    """A number, as 1,250.5, of whose like a comma may have made two cells in most rows that have too many; else ''."""
+    wide = [row for row in rows if _is_wide(row, named)]
+    sizes = _sizes([row for row in rows if not _is_wide(row, named)], named)
+    parted = [row for row in wide if _with_groups(row, named, sizes) is not None]
+    if 2 * len(parted) <= len(wide):
+        return ''
+    first = _groups(parted[0], named)[0]
+    return ','.join(parted[0].cells[first : first + 2])
+
+
 def _is_wide(row: Row, named: int) -> bool:
     return 0 < named < len(row.cells) and _width(row) > named
 
@@ -70,13 +81,17 @@ def _is_fraction(time: str, cell: str) -> bool:
 def _with_groups(row: Row, named: int, sizes: Sequence[tuple[float, float]]) -> Row | None:
     """The row with numbers as 1,250.5 in one cell; None where as many as are too many may not be joined in one way, or
     where it goes better with the others as it is: 60,250 may be two numbers, and the one too many stand at its end."""
-    cells = row.cells[: _width(row)]
-    at = [k for k in range(len(cells) - 1) if _THOUSANDS.fullmatch(cells[k]) and _GROUP.fullmatch(cells[k + 1])]
-    if len(at) != len(cells) - named or any(k + 1 in at for k in at):
-        return None
+    at = _groups(row, named)
     joined = _joined(row, at, '')
     odd = _odd(joined, sizes)
-    return joined if odd == 0 or odd < _odd(row, sizes) else None
+    return joined if at and (odd == 0 or odd < _odd(row, sizes)) else None
+
+
+def _groups(row: Row, named: int) -> list[int]:
+    """Which cells may be thousands with the next one; none where those are not as many as are too many."""
+    cells = row.cells[: _width(row)]
+    at = [k for k in range(len(cells) - 1) if _THOUSANDS.fullmatch(cells[k]) and _GROUP.fullmatch(cells[k + 1])]
+    return at if len(at) == len(cells) - named and not any(k + 1 in at for k in at) else []
 
 
 def _sizes(rows: Sequence[Row], named: int) -> list[tuple[float, float]]:
