@@ -22,13 +22,13 @@ from tcp_muscle_ros.recording.import_map import (
     StampSource,
     TimeSource,
 )
-from tcp_muscle_ros.recording.lab.binary_file import KINDS
-from tcp_muscle_ros.recording.lab.cells import DAY_S, NO_NUMBER, clock, day, decimal_of, is_value, number, stamp
-from tcp_muscle_ros.recording.lab.grid import Layout, Row, joined_headings
+from tcp_muscle_ros.recording.lab.binary_file import KINDS, is_binary
+from tcp_muscle_ros.recording.lab.cells import DAY_S, NO_NUMBER, day, decimal_of, is_value, number
+from tcp_muscle_ros.recording.lab.grid import Layout, Row, count_named, joined_headings
 from tcp_muscle_ros.recording.lab.heading_lines import misfit
 from tcp_muscle_ros.recording.lab.reading import grid_of
 from tcp_muscle_ros.recording.lab.text_file import SPACES
-from tcp_muscle_ros.recording.lab.times import parted
+from tcp_muscle_ros.recording.lab.times import time_in
 from tcp_muscle_ros.recording.lab.timing import falls_throughout, past_midnight, unwrapped
 from tcp_muscle_ros.recording.lab.wide_rows import whole_rows
 from tcp_muscle_ros.recording.recording import CHANNELS, UNDATED_NS, Array, Channel, Recording
@@ -132,9 +132,8 @@ class _Table:
             named = tuple(row for row in rows if row.number in layout.headings)
             self.headings, below = joined_headings(named, width), max(layout.headings, default=0)
             self.rows = [row for row in rows if row.number > below and any(map(is_value, row.cells))]
-            if path.suffix.lower() not in KINDS:
-                count = max((len(row.cells) for row in named), default=0)
-                whole, self.left_out = whole_rows(self.rows, count, layout.delimiter)
+            if not is_binary(path):
+                whole, self.left_out = whole_rows(self.rows, count_named(named), layout.delimiter)
                 self.rows = list(whole)
         self._below = tuple(self.rows)
         first, last = layout.first or 0, layout.last or max(row.number for row in rows)
@@ -301,12 +300,12 @@ def _as_written(source: TimeSource, table: _Table, where: str) -> Array:
     time = _read(
         table,
         column,
-        lambda cell: clock(parted(cell)) if of_day else stamp(parted(cell), source.order),
+        lambda cell: time_in(cell, source.kind, source.order),
         f'a time as 14:03:22.5{"" if of_day else " after its date"}',
     )
     if source.date is not None:
         time = time + _read(table, table.find(source.date, where), lambda cell: day(cell, source.order), 'a date')
-    elif source.kind == CLOCK:
+    elif of_day:
         time = past_midnight(time)
     if source.fraction is not None:
         time = time + _si(source.fraction, table.numbers(table.find(source.fraction, where)))

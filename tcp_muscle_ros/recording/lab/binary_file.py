@@ -21,6 +21,11 @@ _UNITS = ('units', 'unit', 'einheiten', 'einheit')
 _EXTRA = f'which is not installed: {install("labs")}'
 
 
+def is_binary(path: Path) -> bool:
+    """Is it of these kinds, whose cells nothing can part in another way? Any other is a text file."""
+    return path.suffix.lower() in KINDS
+
+
 def read_sheets(path: Path) -> list[Grid]:
     """Every sheet, struct or table of a binary file.
 

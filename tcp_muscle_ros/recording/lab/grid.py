@@ -1,6 +1,6 @@
 """A lab file as rows of text cells, whatever kind it is, and the layout that says where its table stands."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 
@@ -53,6 +53,11 @@ class Layout:
     only: Mapping[str, str] = field(default_factory=dict)
     missing: tuple[str, ...] = ()
     long: tuple[str, str, str] | None = None
+
+
+def count_named(headings: Iterable[Row]) -> int:
+    """How many columns rows of headings keep a place for, be some of them empty."""
+    return max((len(row.cells) for row in headings), default=0)
 
 
 def joined_headings(rows: tuple[Row, ...], width: int) -> list[str]:

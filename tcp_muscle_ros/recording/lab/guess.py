@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tcp_muscle_ros.errors import BadInput
-from tcp_muscle_ros.recording.lab.binary_file import KINDS
+from tcp_muscle_ros.recording.lab.binary_file import is_binary
 from tcp_muscle_ros.recording.lab.cells import NO_NUMBER, is_value, number
 from tcp_muscle_ros.recording.lab.channels import channels_of, is_steady
 from tcp_muscle_ros.recording.lab.columns import Column, columns_of
@@ -117,7 +117,7 @@ def _runs_of(table: Table, layout: Layout, path: Path) -> list[DraftRun] | BadIn
 
 def _parts(table: Table, layout: Layout, path: Path) -> Iterator[Part]:
     """What stands side by side, each with a time of its own and the same headings; else the table as it is."""
-    if path.suffix.lower() not in KINDS:
+    if not is_binary(path):
         table = replace(table, rows=whole_rows(table.rows, table.named, layout.delimiter)[0])
     layout = replace(layout, headings=table.above, first=table.rows[0].number, last=table.rows[-1].number)
     columns = columns_of(table, layout)
@@ -143,7 +143,7 @@ def _refuse_shifted(table: Table, columns: Sequence[Column], layout: Layout, pat
     width = max((column.index + 1 for column in columns if any(column.cells)), default=0)
     if layout.delimiter == SPACES and (wrong := misfit([column.heading for column in columns], width)):
         raise BadInput(f'{path}: {wrong}')
-    if path.suffix.lower() not in KINDS and (width := too_many(table.rows, table.named)):
+    if not is_binary(path) and (width := too_many(table.rows, table.named)):
         found = with_thousands(table.rows, table.named) if layout.delimiter == ',' else ''
         quotes = f'where a comma parts thousands, put such numbers in quotes, as "{found}"; ' if found else ''
         raise BadInput(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tcp_muscle_ros.errors import BadInput, nearest
-from tcp_muscle_ros.recording.lab.binary_file import KINDS, read_sheets
+from tcp_muscle_ros.recording.lab.binary_file import is_binary, read_sheets
 from tcp_muscle_ros.recording.lab.cells import decimal_in, number
 from tcp_muscle_ros.recording.lab.grid import Grid, Layout
 from tcp_muscle_ros.recording.lab.headings import meaning
@@ -32,7 +32,7 @@ class LabSheet:
 
 def sheets_of(path: Path) -> list[LabSheet]:
     """What is in a file, its encoding, delimiter and decimal sign as its content tells."""
-    if path.suffix.lower() in KINDS:
+    if is_binary(path):
         return [LabSheet(grid, with_decimal(Layout(sheet=grid.sheet), grid)) for grid in read_sheets(path)]
     try:
         raw = path.read_bytes()
@@ -50,7 +50,7 @@ def sheets_of(path: Path) -> list[LabSheet]:
 
 def grid_of(path: Path, layout: Layout) -> Grid:
     """The sheet that a layout means."""
-    if path.suffix.lower() not in KINDS:
+    if not is_binary(path):
         grid = read_grid(path, layout.encoding, layout.delimiter)
         if layout.long is None:
             return grid

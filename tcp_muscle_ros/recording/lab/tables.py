@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from tcp_muscle_ros.recording.lab.cells import clock, is_none, is_value, number, stamp
-from tcp_muscle_ros.recording.lab.grid import Grid, Row, joined_headings
+from tcp_muscle_ros.recording.lab.grid import Grid, Row, count_named, joined_headings
 from tcp_muscle_ros.recording.lab.unit_names import unit_named
 
 _LEAST = 3  # rows of numbers that make a table
@@ -147,7 +147,7 @@ def _table(grid: Grid, first: int, last: int, end: int, before: Table | None) ->
         tuple(row.number for row in names),
         tuple((*titles, *[''] * width)[:width]) if len([title for title in titles if title]) > 1 else ('',) * width,
         grid.rows[end:upper],
-        max((len(row.cells) for row in names), default=0),
+        count_named(names),
     )
 
 

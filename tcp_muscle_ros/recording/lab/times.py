@@ -57,7 +57,12 @@ def kind_of(cells: Sequence[str], unit: str | None, decimal: str) -> Kind | None
     return _without_unit(numbers, float(np.median(np.abs(np.diff(first)))) if len(first) > 1 else 0.0)
 
 
-def parted(cell: str) -> str:
+def time_in(cell: str, unit: str, order: str) -> float | None:
+    """The time in a cell of a column in ``clock`` or ``stamp``, which may be written as one number; s."""
+    return clock(_parted(cell)) if unit == CLOCK else stamp(_parted(cell), order)
+
+
+def _parted(cell: str) -> str:
     """A time of day, or a date with it, that is written as one number, with the signs that part it; else as it is."""
     if not (found := _ONE_NUMBER.fullmatch(cell)):
         return cell
@@ -77,7 +82,7 @@ def _one_number(cells: Sequence[str], decimal: str) -> str:
         return ''
     dated = all(len(re.split('[.,]', cell)[0]) in (12, 14) for cell in some)
     read = (lambda cell: stamp(cell, 'ymd')) if dated else clock
-    found = [_sound(parted(cell), read) for cell in some]
+    found = [_sound(_parted(cell), read) for cell in some]
     at = np.array([value for value in found if value is not None])
     if len(at) < len(some):
         return ''

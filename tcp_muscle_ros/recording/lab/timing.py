@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from tcp_muscle_ros.recording.lab.cells import DAY_S, clock, day, number, stamp
+from tcp_muscle_ros.recording.lab.cells import DAY_S, day, number
 from tcp_muscle_ros.recording.lab.columns import Column
 from tcp_muscle_ros.recording.lab.draft import ColumnRef, DraftTime
 from tcp_muscle_ros.recording.lab.grid import Row
 from tcp_muscle_ros.recording.lab.preamble import sampled_every
-from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, SERIAL, STAMP, Kind, kind_of, parted
+from tcp_muscle_ros.recording.lab.times import CLOCK, DATE, SERIAL, STAMP, Kind, kind_of, time_in
 from tcp_muscle_ros.recording.recording import Array
 from tcp_muscle_ros.recording.units import UNITS
 
@@ -127,8 +127,7 @@ def times(columns: Sequence[Column], time: DraftTime) -> Array:
     own = by_ref[time.ref]
     if time.unit in UNITS:
         return UNITS[time.unit].to_si(unwrapped(own.numbers, time.wraps))
-    written = map(parted, own.cells)
-    value = _array([clock(cell) if time.unit == CLOCK else stamp(cell, time.order) for cell in written])
+    value = _array([time_in(cell, time.unit, time.order) for cell in own.cells])
     if time.date is not None:
         value = value + _array([day(cell, time.order) for cell in by_ref[time.date].cells])
     elif time.unit == CLOCK:
