@@ -991,10 +991,12 @@ def test_numbers_with_thousands_throughout_are_to_be_put_in_quotes(tmp_path):
         imported_text(tmp_path, heads, [f'{k},250,{23 + k / 10:.1f}' + ',1' * (k % 3 == 0) for k in range(80)])
 
 
-@pytest.mark.parametrize('off', [0, 95])
-def test_a_comma_of_thousands_separates_nothing_where_a_drive_is_off_in_all_other_rows(tmp_path, off):
-    rows = [f'{k / 2},{12500 if k % 40 > 20 else off:,.1f},{23 + k / 10:.1f},{k / 50}' for k in range(100)]
-    (recording,) = imported_text(tmp_path, HEADS, rows)
+@pytest.mark.parametrize('off', [0, 5, 95])
+@pytest.mark.parametrize('heads', [HEADS, HEADS.rpartition(',')[0]])
+def test_a_comma_of_thousands_separates_nothing_where_a_drive_is_off_in_all_other_rows(tmp_path, heads, off):
+    rows = [f'{k / 2},{12500 if k % 40 > 20 else off:,.1f},{53 + k / 10:.1f},{k / 50}' for k in range(100)]
+    rows = rows if heads == HEADS else [row.rpartition(',')[0] for row in rows]
+    (recording,) = imported_text(tmp_path, heads, rows)
     assert len(recording['current']) == 100 and np.max(recording['current'].value) == 12.5
 
 

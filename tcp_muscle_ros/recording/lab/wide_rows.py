@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from tcp_muscle_ros.recording.lab.cells import is_time, is_value, number
 from tcp_muscle_ros.recording.lab.grid import Row
@@ -14,6 +15,24 @@ _SECONDS = re.compile(r'(?:.*[T ])?\d{1,2}:\d{2}:\d{2}')
 _FRACTION = re.compile(r'\d{3}|\d{6}')
 _THOUSANDS = re.compile(r'[+-]?[1-9]\d{0,2}')
 _GROUP = re.compile(r'\d{3}(\.\d*)?')
+
+
+@dataclass(frozen=True)
+class _Usual:
+    """The smallest and the largest size of a column's numbers (any, where it has none but zeros), and how many digits
+    these have behind the decimal point."""
+
+    low: float
+    high: float
+    places: frozenset[int]
+
+    def odd(self, cell: str) -> int:
+        """In how many ways a cell's number is unlike them."""
+        value = number(cell)
+        if value is None or not self.places:
+            return 0
+        of_size = self.low <= _SIZES * abs(value) <= _SIZES**2 * self.high
+        return (not of_size) + (_places(cell) not in self.places)
 
 
 def whole_rows(rows: Sequence[Row], named: int, delimiter: str) -> tuple[tuple[Row, ...], tuple[int, ...]]:
@@ -28,8 +47,8 @@ def whole_rows(rows: Sequence[Row], named: int, delimiter: str) -> tuple[tuple[R
         found = _with_fractions(found, named)
     wide: dict[int, Row | None] = {row.number: None for row in found if _is_wide(row, named)}
     if wide and delimiter == ',':
-        sizes = _sizes([row for row in found if row.number not in wide], named)
-        wide = {row.number: _with_groups(row, named, sizes) for row in found if row.number in wide}
+        usual = _usual([row for row in found if row.number not in wide], named)
+        wide = {row.number: _with_groups(row, named, usual) for row in found if row.number in wide}
     left_out = tuple(number for number, row in wide.items() if row is None)
     if len(found) - len(wide) < _MANY * len(found) or len(left_out) >= _MANY * len(found):
         return found, ()
@@ -46,8 +65,8 @@ def too_many(rows: Sequence[Row], named: int) -> int:
 def with_thousands(rows: Sequence[Row], named: int) -> str:
     """A number, as 1,250.5, of whose like a comma may have made two cells in most rows that have too many; else ''."""
     wide = [row for row in rows if _is_wide(row, named)]
-    sizes = _sizes([row for row in rows if not _is_wide(row, named)], named)
-    parted = [row for row in wide if _with_groups(row, named, sizes) is not None]
+    usual = _usual([row for row in rows if not _is_wide(row, named)], named)
+    parted = [row for row in wide if _with_groups(row, named, usual) is not None]
     if 2 * len(parted) <= len(wide):
         return ''
     first = _groups(parted[0], named)[0]
@@ -78,13 +97,12 @@ def _is_fraction(time: str, cell: str) -> bool:
     return bool(_FRACTION.fullmatch(cell) and _SECONDS.fullmatch(time)) and is_time(time)
 
 
-def _with_groups(row: Row, named: int, sizes: Sequence[tuple[float, float]]) -> Row | None:
+def _with_groups(row: Row, named: int, usual: Sequence[_Usual]) -> Row | None:
     """The row with numbers as 1,250.5 in one cell; None where as many as are too many may not be joined in one way, or
     where it goes better with the others as it is: 60,250 may be two numbers, and the one too many stand at its end."""
     at = _groups(row, named)
     joined = _joined(row, at, '')
-    odd = _odd(joined, sizes)
-    return joined if at and (odd == 0 or odd < _odd(row, sizes)) else None
+    return joined if at and _odd(joined, usual) <= _odd(row, usual) else None
 
 
 def _groups(row: Row, named: int) -> list[int]:
@@ -94,23 +112,25 @@ def _groups(row: Row, named: int) -> list[int]:
     return at if len(at) == len(cells) - named and not any(k + 1 in at for k in at) else []
 
 
-def _sizes(rows: Sequence[Row], named: int) -> list[tuple[float, float]]:
-    """The smallest and the largest size of the numbers in each column; of one that has none but zeros, any."""
+def _usual(rows: Sequence[Row], named: int) -> list[_Usual]:
+    """What the numbers of each column are like in some rows."""
     found = []
     for k in range(named):
-        cells = [row.cells[k] for row in rows if k < len(row.cells)]
-        sizes = [abs(value) for cell in cells if (value := number(cell)) is not None]
-        found.append((min(sizes), max(sizes)) if any(sizes) else (0.0, math.inf))
+        cells = [row.cells[k] for row in rows if k < len(row.cells) and number(row.cells[k]) is not None]
+        sizes = [abs(number(cell) or 0.0) for cell in cells]
+        low, high = (min(sizes), max(sizes)) if any(sizes) else (0.0, math.inf)
+        found.append(_Usual(low, high, frozenset(map(_places, cells))))
     return found
 
 
-def _odd(row: Row, sizes: Sequence[tuple[float, float]]) -> int:
-    """How many of its numbers do not go with their columns."""
-    values = [number(cell) for cell in row.cells[: len(sizes)]]
-    return sum(
-        value is not None and not low <= _SIZES * abs(value) <= _SIZES**2 * high
-        for value, (low, high) in zip(values, sizes, strict=True)
-    )
+def _places(cell: str) -> int:
+    """The digits behind the decimal point."""
+    return len(cell.partition('.')[2])
+
+
+def _odd(row: Row, usual: Sequence[_Usual]) -> int:
+    """In how many ways its numbers do not go with their columns."""
+    return sum(each.odd(cell) for each, cell in zip(usual, row.cells, strict=False))
 
 
 def _joined(row: Row, at: Sequence[int], between: str) -> Row:
