@@ -72,7 +72,10 @@ def picture(page: Path) -> None:
     if PROGRAM is None:
         print('no Chromium here: the picture stays as it was')
         return
+    folder = page.parent.parent  # where the example is made says nothing
+    text = page.read_text(encoding='utf-8').replace(f'{folder}{os.sep}', f'lab{os.sep}')
     with tempfile.TemporaryDirectory() as profile, browser(profile) as found:
+        page.write_text(text, encoding='utf-8')
         found.show(page, 1100, height=795)
         found.picture(PICTURE)
 
