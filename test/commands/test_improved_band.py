@@ -49,7 +49,9 @@ def record(folder, name, protocol, load, **sensors):
     tool('simulate', folder / 'protocol.yaml', '--params', folder / f'{name}.yaml', '--output', folder / name)
 
 
-@pytest.fixture(scope='module', params=[(0.5, 1.2), (0.5,)], ids=['two loads', 'one load'])
+@pytest.fixture(
+    scope='module', params=[pytest.param((0.5, 1.2), marks=pytest.mark.long), (0.5,)], ids=['two loads', 'one load']
+)
 def lab(request, tmp_path_factory):
     """A diagnosis of a muscle that creeps, and what it does under another load and another current, without noise."""
     folder = tmp_path_factory.mktemp('lab')

@@ -47,7 +47,9 @@ def test_releases_as_fast_as_the_muscle_cools(begin, end):
     assert figures.response.steady_error < 1e-4
 
 
-@pytest.mark.parametrize(('limit', 'target'), STEPS)
+@pytest.mark.parametrize(
+    ('limit', 'target'), [pytest.param(*step, marks=pytest.mark.long if step[1] > 0.03 else ()) for step in STEPS]
+)
 def test_copes_with_muscles_that_are_not_the_model(limit, target):
     tried = 0
     for plant, factors in study.draws(MODEL, 20, seed=1):

@@ -87,6 +87,7 @@ def test_the_room_and_the_zero_of_a_recording_are_its_own_and_nothing_else_is_fi
     assert compared.rmse > 0.1 * np.ptp(stroke.value) * 0.3  # a wrong muscle stays wrong
 
 
+@pytest.mark.long
 def test_an_ammeter_that_is_off_beside_an_ohmmeter_goes_to_the_rig_with_how_the_resistance_was_measured(tmp_path):
     shown = TRUE.replace({'current_gain.z': 4e-3, 'current_gain.g': 0.95}).with_effects('current_gain')
     shown = shown.replace({'current_gain.ohms': 1.0})

@@ -157,6 +157,7 @@ def test_a_law_of_a_form_is_said_in_words_and_how_far_the_catalogue_is():
     assert said.endswith(f'The nearest listed law, heat capacity, explains {100 * law.nearest_share:.0f} % of it.')
 
 
+@pytest.mark.long
 def test_a_law_of_no_form_is_a_curve_and_no_words():
     law = made_by(lambda at: 0.25 * np.exp(-(((at - 328.0) / 14.0) ** 2)))
     assert law.in_words is None

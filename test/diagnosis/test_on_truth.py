@@ -81,6 +81,7 @@ def test_what_the_misfit_of_another_effect_shows_as_slips_is_no_slip(diagnosed):
     assert [f.effect for f in found.findings] == ['shear_softening']
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_course_of_gusts_is_inferred_where_one_gust_is_not_the_weather(tmp_path):
     calibrated, _ = settle_noise(calibrate(recorded(tmp_path, 5, 'single', 'airflow'), NOMINAL).fit)

@@ -45,6 +45,7 @@ def test_a_verdict_that_names_nothing_is_as_probable_as_it_proved_right():
     assert of_verdict('insufficient_data', [], weights) is None and of_verdict('not_repeatable', [], weights) is None
 
 
+@pytest.mark.long
 def test_a_diagnosis_says_what_each_probability_is_made_from():
     muscle = TRUE.replace({'radiation.eps': 0.9}).with_effects('radiation')
     runs = [

@@ -80,6 +80,7 @@ def test_a_choice_is_tried_and_never_fitted():
     assert mean == pytest.approx(0.4, abs=0.1)
 
 
+@pytest.mark.long
 def test_a_resistance_that_drifts_on_from_recording_to_recording_is_told_from_one_that_begins_anew():
     drift = {'resistance_drift.r': 1e-4, 'resistance_drift.course': 1.0}
     for used, course in ((TIME[-1], 1.0), (0.0, 0.0)):
@@ -127,7 +128,7 @@ def test_a_finding_names_the_channel_that_is_late():
     assert said == 'The recordings show clock skew: d = 0.40 (0.35 to 0.45) s, channel = displacement.'
 
 
-@pytest.mark.parametrize('loads', [(0.3, 0.588, 0.98), (0.588, 0.588)])
+@pytest.mark.parametrize('loads', [(0.3, 0.588, 0.98), pytest.param((0.588, 0.588), marks=pytest.mark.long)])
 def test_a_modulus_that_falls_at_a_temperature_of_its_own_is_told_from_one_that_follows_e(loads):
     """Under one load the muscle makes up for it by becoming as stiff as a rod, where nothing softens any more."""
     step = {'shear_softening.b': 0.2, 'shear_softening.Tg': 318.0, 'shear_softening.w': 4.0}

@@ -473,7 +473,7 @@ def test_a_search_that_has_spent_its_budget_ends_with_what_it_has(softened):
 @pytest.mark.parametrize(
     ('effect', 'values', 'currents'),
     [
-        ('resistance_strain', {'GF': 1.0}, (0.27, 0.2)),
+        pytest.param('resistance_strain', {'GF': 1.0}, (0.27, 0.2), marks=pytest.mark.long),
         ('contact_shorting', {'s': 0.25, 'Hc': 0.125, 'w': 0.002}, (0.27, 0.27)),
     ],
 )

@@ -27,6 +27,7 @@ def states(fitted):
     return {u.recording: fitted.values[u.key] for u in fitted.problem.unknowns if u.name == 'creep.start'}
 
 
+@pytest.mark.long
 def test_what_a_recording_begins_with_is_its_own_and_the_law_is_found_beside_it():
     found = found_in(AT_THE_START)
     assert [c.effect for c in found.chosen] == ['creep']

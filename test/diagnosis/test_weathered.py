@@ -161,6 +161,7 @@ def test_what_a_law_would_foretell_counts_as_far_as_it_is_as_likely(evidence, pl
     assert not weathered._plain([room], 200.0)
 
 
+@pytest.mark.long
 def test_a_laser_that_wanders_is_no_weather():
     """A room that moves the stroke alone: by hundredths of a kelvin, which no other channel shows."""
     courses_of = [2e-4 * wander(30 + k, 30.0) for k in range(len(CURRENTS))]

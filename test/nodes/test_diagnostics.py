@@ -79,6 +79,7 @@ def complaint(key, text):
     return '' if abs(value) < 1e6 or value in (inf, -inf) or isnan(value) else f'{key} is {text}: too few digits'
 
 
+@pytest.mark.long
 def test_two_nodes_of_one_name_say_so(bench):
     diagnostics = bench.listen('/diagnostics', DiagnosticArray)
     both = [bench.start('controller_node', 'namesakes') for _ in range(2)]

@@ -446,6 +446,7 @@ def test_it_follows_a_clock_that_is_not_its_own_also_back_and_far_ahead(bench):
     bench.forget(diagnostics)
 
 
+@pytest.mark.long
 def test_a_first_start_says_that_it_compiles_and_how_far_it_is_and_ends_at_once_when_asked(bench, tmp_path):
     """With an empty cache of compiled code; test_serial_driver.py has a node that needs none."""
     program = bench.start_uncompiled('sim_node', 'first_start', tmp_path)
