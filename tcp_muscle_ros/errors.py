@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
+
+_SHORT = 3  # letters
 
 
 @dataclass(frozen=True)
@@ -46,16 +48,17 @@ def needs_ros(error: ImportError) -> BadInput:
     return BadInput(f"needs ROS 2's rclpy ({error}); source a ROS 2, or {install('ros')}")
 
 
-def nearest(name: str, choices: Iterable[str]) -> str:
-    """The clause that ends an error about an unknown name.
+def nearest(name: str, choices: Iterable[str], key: Callable[[str], str] = str.lower) -> str:
+    """The clause that ends an error about an unknown name; ``key``: by which names are compared.
 
     ``"; did you mean 'hA'?"`` where a known name is close, else the whole (short) list, else nothing.
     """
     known = sorted(set(choices))
-    by_lower = {choice.lower(): choice for choice in known}
-    close = get_close_matches(name.lower(), by_lower, n=1, cutoff=0.6)
+    by_key = {key(choice): choice for choice in known}
+    cutoff = 0.6 if len(key(name)) > _SHORT else 0.5  # one of two letters is right: 'ko' for 'k0'
+    close = get_close_matches(key(name), by_key, n=1, cutoff=cutoff)
     if close:
-        return f"; did you mean '{by_lower[close[0]]}'?"
+        return f"; did you mean '{by_key[close[0]]}'?"
     if 0 < len(known) <= 12:
         return '; known: ' + ', '.join(known)
     return ''

@@ -20,7 +20,15 @@ _QUESTIONS = (
     ('resistance', 'ohm', 1.0, 'resistance at room temperature'),
 )
 _MASS = ('mass', 'g', 1e-3, 'mass, where it was weighed; else that of a round nylon fibre')
-_LEAST, _MOST = 1e-6, 1e5  # in the units asked for: wider than any coil, and no formula overflows
+# Least and most in the units asked for: wider than any coil of a thread, and narrower than a slip of the unit.
+_RANGE = {
+    'fibre-diameter': (0.01, 10.0),
+    'fibre-length': (5.0, 5e4),
+    'coil-length': (2.0, 2e4),
+    'turns': (1.0, 1e5),
+    'resistance': (0.01, 5e3),
+    'mass': (1e-3, 1e3),
+}
 _HEADING = (
     'A muscle from its geometry (tcp_muscle new-muscle): a place to start from, before `tcp_muscle calibrate`.',
     'Behind each value: unit; between what bounds it is likely to lie; where it comes from.',
@@ -103,9 +111,10 @@ def _number(text: str, name: str, unit: str, factor: float, meaning: str) -> flo
         value = float(text)
     except ValueError:
         value = float('nan')
-    if not _LEAST <= value <= _MOST:  # nor nan
+    least, most = _RANGE[name]
+    if not least <= value <= most:  # nor nan
         raise BadInput(
-            f"--{_option(name, unit)} '{text.strip()}': expected a number above 0{f' in {unit}' if unit else ''}, "
-            f'from {_LEAST:g} to {_MOST:g}'
+            f"--{_option(name, unit)} '{text.strip()}': expected a number{f' in {unit}' if unit else ''}, "
+            f'from {least:g} to {most:g}'
         )
     return factor * value

@@ -32,6 +32,7 @@ from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.files.outputs import writable_folder, writing
 from tcp_muscle_ros.nodes.elsewhere import elsewhere
 from tcp_muscle_ros.nodes.log_times import LogTimes
+from tcp_muscle_ros.nodes.mixing import mixed
 from tcp_muscle_ros.recording.bag_writer import BagWriter
 from tcp_muscle_ros.recording.recording import CHANNELS
 
@@ -127,6 +128,7 @@ class Recorder:
         self._sent: defaultdict[str, deque[int]] = defaultdict(lambda: deque(maxlen=_QUEUE))
         self._came_already: dict[str, frozenset[int]] = {}
         self._warned: set[str] = set()
+        self._mixed: set[str] = set()
         self._count = 0
         self._flushed = self._looked = 0.0  # when; steady time, s
 
@@ -252,6 +254,9 @@ class Recorder:
                 if publisher.topic_type != wanted and topic not in self._warned:
                     self._warned.add(topic)
                     self._say(f'{topic} is published as {publisher.topic_type}, expected {wanted}: not recorded')
+            if len(publishers) > 1 and (told := mixed(topic, publishers)) and topic not in self._mixed:
+                self._mixed.add(topic)
+                self._say(told)
             self._take_as_offered(topic, [publisher.qos_profile for publisher in publishers])
 
     def _take_as_offered(self, topic: str, offers: Sequence[QoSProfile]) -> None:

@@ -31,6 +31,7 @@ from tcp_muscle_ros.control.playing import Cold, Part, Supervisor, instants
 from tcp_muscle_ros.control.safety import celsius
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ZERO_CELSIUS
+from tcp_muscle_ros.nodes.mixing import mixed
 from tcp_muscle_ros.nodes.pace import LockstepTime, RealTime, leads
 from tcp_muscle_ros.nodes.polled import Inputs
 from tcp_muscle_ros.nodes.recorder_beside import RecorderBeside
@@ -286,6 +287,9 @@ class Runner:
         when, drives, loads = (values.tolist() for values in instants(part))
         lateness: list[float] = []
         self._rivals.refuse(LEASE, self._pause, self._say)
+        for topic in (self._resolved(CHANNELS[name].topic) for name in _MEASURED):
+            if told := mixed(topic, self._node.get_publishers_info_by_topic(topic)):
+                self._say(told)
         with self._recorded(bag, known) as recorded:
             supervisor = self._supervisor
             supervisor.begin()

@@ -132,7 +132,7 @@ class _Reader:
         if len(back) and back.min() < 0:
             self.notes.append(
                 f'{name}: stamps run backwards {np.count_nonzero(back < 0)} time(s), '
-                f'by up to {-back.min() * 1e-9:.3g} s (a clock was set?)'
+                f'by up to {-back.min() * 1e-9:.3g} s (two publishers, or a clock was set?)'
             )
 
     def samples(self, source: Source) -> _Samples | None:

@@ -126,7 +126,8 @@ def load_yaml(path: str | Path, shipped: Iterable[Path] = ()) -> Section:
         content = parse(read_text(path))
     except OSError as error:
         siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-        hint = nearest(path.name, [name for name in siblings if name.endswith(('.yaml', '.yml'))])
+        files = [name for name in siblings if name.endswith(('.yaml', '.yml'))]
+        hint = nearest(path.name, files, key=lambda name: Path(name).stem.lower())  # the suffix makes any two alike
         if shipped and 'did you mean' not in hint:
             hint = f'; known: {", ".join(map(str, shipped))}'
         raise BadInput(f'{path}: cannot be read ({error.strerror}){hint}') from None

@@ -49,10 +49,13 @@ def test_it_asks_for_what_no_option_says(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ('given', 'said'),
     [
-        (options(turns='many'), "--turns 'many': expected a number above 0"),
+        (options(turns='many'), "--turns 'many': expected a number, from 1 to 100000"),
         (options(coil_length_mm='600'), 'coil length 600 mm: expected less than the fibre length, 500 mm'),
-        (options(turns='1e-308'), "--turns '1e-308': expected a number above 0, from 1e-06 to 100000"),
-        (options(mass_g='-1'), "--mass-g '-1': expected a number above 0 in g"),
+        (options(turns='1e-308'), "--turns '1e-308': expected a number, from 1 to 100000"),
+        (options(fibre_diameter_mm='0.0002'), "--fibre-diameter-mm '0.0002': expected a number in mm, from 0.01 to 10"),
+        (options(fibre_length_mm='0.5'), "--fibre-length-mm '0.5': expected a number in mm, from 5 to 50000"),
+        (options(resistance_ohm='14000'), "--resistance-ohm '14000': expected a number in ohm, from 0.01 to 5000"),
+        (options(mass_g='-1'), "--mass-g '-1': expected a number in g, from 0.001 to 1000"),
         (options()[2:], '--fibre-diameter-mm is missing (diameter of the fibre), and nobody answers'),
     ],
 )

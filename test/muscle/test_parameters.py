@@ -126,6 +126,7 @@ def test_it_travels_between_processes():
         (lambda: A.replace(ha=0.02), "unknown parameter 'ha'; did you mean 'hA'?"),
         (lambda: A.replace({'crep.J': 0.1}), "unknown parameter 'crep.J'; did you mean 'creep.J'?"),
         (lambda: A['k_0'], "unknown parameter 'k_0'; did you mean 'k0'?"),
+        (lambda: A['ko'], "unknown parameter 'ko'; did you mean 'k0'?"),
         (lambda: A.replace(hA=-0.01), "parameter 'hA' = -0.01 W/K is outside 1e-05 to 10 W/K"),
         (lambda: A.replace(hA=0.0), "parameter 'hA' = 0 W/K is outside 1e-05 to 10 W/K"),
         (lambda: A.replace(T0=23.0), "parameter 'T0' = -250.15 degC is outside -23.15 to 76.85 degC"),

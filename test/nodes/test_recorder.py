@@ -438,6 +438,27 @@ def test_more_topics_of_any_type_are_recorded_and_so_is_the_shaped_setpoint(benc
         }
 
 
+def test_two_that_publish_one_measurement_are_named_and_two_commanders_are_not_its_matter(bench, tmp_path):
+    """As a simulation that was left running in the background does."""
+    from std_msgs.msg import Float64
+
+    one, other = (bench.node.create_publisher(Float64, '/left/displacement', 10) for _ in range(2))
+    commands = [bench.node.create_publisher(Float64, '/left/current_command', 10) for _ in range(2)]
+    arguments = ['--output', str(tmp_path / 'bag'), '--namespace', 'left']
+    program = bench.run(['-m', 'tcp_muscle_ros.tool', 'record', *arguments], 'left')
+    me = bench.node.get_fully_qualified_name()
+
+    def named():
+        for publisher in (one, other, *commands):
+            publisher.publish(Float64(data=0.01))
+        time.sleep(0.05)
+        return f'/left/displacement is published by {me} and by {me}: what is recorded mixes them' in program.said()
+
+    bench.until(named, 'two publishers are no matter', 60.0)
+    assert 'current_command is published by' not in program.said()
+    assert program.end(signal.SIGINT) == 0, program.said()
+
+
 def test_what_was_said_once_for_those_who_come_late_is_in_the_bag_once(bench, tmp_path):
     """A rig that says its load and its spool when it starts, before the recorder; and a load that is said otherwise."""
     from rclpy.qos import DurabilityPolicy, QoSProfile

@@ -137,3 +137,6 @@ def test_a_missing_file_names_the_nearest(tmp_path):
     (tmp_path / 'steps.yaml').touch()
     with pytest.raises(BadInput, match=r"cannot be read .*did you mean 'steps.yaml'"):
         read_protocol(tmp_path / 'step.yaml')
+    with pytest.raises(BadInput) as refused:
+        read_protocol(tmp_path / 'nofile.yaml')
+    assert 'did you mean' not in str(refused.value), 'alike in nothing but the suffix'
