@@ -161,6 +161,9 @@ class Runner:
         while not self._rivals.told_of_me() and time.monotonic() - answered < _DIAGNOSED_WITHIN:
             self._pause()
         self._rivals.refuse(NAMED_WITHIN, self._pause, self._say)
+        for topic in (self._resolved(CHANNELS[name].topic) for name in _MEASURED):
+            if told := mixed(topic, self._node.get_publishers_info_by_topic(topic)):
+                self._say(told)
 
     def _lacking(self) -> str:
         """What has not come, and how to mend that."""
@@ -287,9 +290,6 @@ class Runner:
         when, drives, loads = (values.tolist() for values in instants(part))
         lateness: list[float] = []
         self._rivals.refuse(LEASE, self._pause, self._say)
-        for topic in (self._resolved(CHANNELS[name].topic) for name in _MEASURED):
-            if told := mixed(topic, self._node.get_publishers_info_by_topic(topic)):
-                self._say(told)
         with self._recorded(bag, known) as recorded:
             supervisor = self._supervisor
             supervisor.begin()
