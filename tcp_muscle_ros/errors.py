@@ -55,8 +55,9 @@ def nearest(name: str, choices: Iterable[str], key: Callable[[str], str] = str.l
     """
     known = sorted(set(choices))
     by_key = {key(choice): choice for choice in known}
-    cutoff = 0.6 if len(key(name)) > _SHORT else 0.5  # one of two letters is right: 'ko' for 'k0'
-    close = get_close_matches(key(name), by_key, n=1, cutoff=cutoff)
+    asked = key(name)
+    cutoff = 0.6 if len(asked) > _SHORT else 0.5  # one of two letters is right: 'ko' for 'k0'
+    close = get_close_matches(asked, by_key, n=1, cutoff=cutoff)
     if close:
         return f"; did you mean '{by_key[close[0]]}'?"
     if 0 < len(known) <= 12:

@@ -71,15 +71,14 @@ class Simulated:
         """The parameter file of the muscle as it is now; one that does not age stays as it is."""
         from tcp_muscle_ros.commands.investigation import Log
         from tcp_muscle_ros.diagnosis.hypothesis.latents import Before
+        from tcp_muscle_ros.diagnosis.model.model import ages
+        from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
         from tcp_muscle_ros.muscle import simulate
-        from tcp_muscle_ros.muscle.effects import EFFECTS
-        from tcp_muscle_ros.muscle.parameters import SPECIFICATIONS
         from tcp_muscle_ros.recording.protocol import read_protocol
         from tcp_muscle_ros.settings.parameter_file import read, write
 
         file = read(self.params)
-        ages = [f'{name}.{EFFECTS[name].age}' for name in file.parameters.effects if EFFECTS[name].age]
-        if not ages:
+        if not ages(TCP_MUSCLE, file.parameters.effects):
             return self.params
         muscle, before = file.parameters, Before()
         for run in Log(self.folder).of('run'):
@@ -87,8 +86,7 @@ class Simulated:
             drive = done.sampled()
             outputs = simulate(muscle, drive.time, drive.drive, kind=drive.kind, load=drive.load, ambient=drive.ambient)
             before = before.then(outputs.temperature, done.duration)
-            now = {name: before.counted(file.parameters[name], SPECIFICATIONS[name].unit) for name in ages}
-            muscle = file.parameters.replace(now)
+            muscle = file.parameters.replace(before.aged(file.parameters, TCP_MUSCLE))
         write(path, muscle, operating=file.operating)
         return str(path)
 

@@ -86,7 +86,7 @@ class Joint:
         self._q, self._work = stepping.scratch()
         self._pair = agonist, antagonist
         for muscle in self._pair:
-            if muscle.imposed[at.IN_HELD] == 0.0 or muscle.imposed[at.IN_COMPLIANCE] > 0.0:
+            if not muscle.blocked:
                 raise BadInput('a joint holds the ends of its muscles: they must be blocked')
         self._mounted = np.array([muscle.imposed[at.IN_WALL] for muscle in self._pair])
         if self._mounted.min() <= link.radius * max(abs(link.low), abs(link.high)):

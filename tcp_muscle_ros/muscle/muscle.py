@@ -258,6 +258,11 @@ class Muscle:
         return self.advance(0.0)
 
     @property
+    def blocked(self) -> bool:
+        """Is its end held by what does not give way?"""
+        return bool(self.imposed[at.IN_HELD] != 0.0 and self.imposed[at.IN_COMPLIANCE] == 0.0)
+
+    @property
     def heated(self) -> float:
         """Joule heat since the last reset, J."""
         return float(self.state[at.X_HEATED])

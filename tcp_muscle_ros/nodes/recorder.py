@@ -254,7 +254,7 @@ class Recorder:
                 if publisher.topic_type != wanted and topic not in self._warned:
                     self._warned.add(topic)
                     self._say(f'{topic} is published as {publisher.topic_type}, expected {wanted}: not recorded')
-            if len(publishers) > 1 and (told := mixed(topic, publishers)) and topic not in self._mixed:
+            if topic not in self._mixed and (told := mixed(topic, publishers)):
                 self._mixed.add(topic)
                 self._say(told)
             self._take_as_offered(topic, [publisher.qos_profile for publisher in publishers])

@@ -24,10 +24,6 @@ def _places(numbers: list[int]) -> Any:
     return slice(numbers[0], numbers[0] + len(numbers)) if follow else np.array(numbers)
 
 
-def _is_held(muscle: Muscle) -> bool:
-    return bool(muscle.imposed[at.IN_HELD] != 0.0 and muscle.imposed[at.IN_COMPLIANCE] == 0.0)
-
-
 class Robot:
     """Bodies of MuJoCo, and muscles on its tendons.
 
@@ -94,7 +90,7 @@ class Robot:
             first = next(j for j, other in enumerate(muscles) if other is muscle)
             if first < k:
                 raise BadInput(f"'{name}' and '{self.names[first]}' are one and the same muscle; expected one for each")
-            if held[k] and not _is_held(muscle):
+            if held[k] and not muscle.blocked:
                 raise BadInput(f"'{name}': a robot holds the ends of its muscles; expected Muscle(..., end='blocked')")
         return Tendons(muscles)
 
@@ -145,7 +141,7 @@ class Robot:
         Raises:
             BadInput: they are not as many as before, one is given twice, or one's end is not ``blocked``.
         """
-        self.tendons = self._mounted(list(muscles), [_is_held(before) for before in self.tendons.muscles])
+        self.tendons = self._mounted(list(muscles), [before.blocked for before in self.tendons.muscles])
         self.tendons.begin(self.lengths())
 
     def still(self) -> 'Robot':

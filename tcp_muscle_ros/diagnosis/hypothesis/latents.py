@@ -10,10 +10,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.model.model import Model, ages
 from tcp_muscle_ros.diagnosis.noise.discrepancy import NO_ALLOWANCE, Allowance
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Earlier, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
+from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.muscle.arrays import Array, Mask
 from tcp_muscle_ros.muscle.effects.effect import SWING
 
@@ -76,6 +78,11 @@ class Before:
         """After one more recording of so many seconds, in which the state that ages it (K) took this course."""
         cycles = self.cycles + float(np.sum(np.abs(np.diff(state)))) / (2.0 * SWING)
         return Before(cycles, self.used + duration, max(self.hottest, float(state.max())))
+
+    def aged(self, parameters: Parameters, model: Model) -> dict[str, float]:
+        """Those parameters of a machine that count what was before the first recording, as they are now."""
+        names = ages(model, parameters.effects)
+        return {name: self.counted(parameters[name], model.specifications[name].unit) for name in names}
 
     def counted(self, parameter: float, unit: str) -> float:
         """A parameter that counts what was before the first recording, as it is now, by its unit."""

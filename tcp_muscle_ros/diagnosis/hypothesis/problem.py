@@ -12,7 +12,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent, Slip
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
-from tcp_muscle_ros.diagnosis.model.model import Model, floating
+from tcp_muscle_ros.diagnosis.model.model import Model, ages, floating
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START, Unknown
 from tcp_muscle_ros.diagnosis.noise.discrepancy import allowing_for, expected, whitening_of
 from tcp_muscle_ros.diagnosis.noise.noise import Noise
@@ -103,8 +103,7 @@ class Problem:
     @property
     def ages(self) -> tuple[str, ...]:
         """The parameters that say what the muscle went through before a recording."""
-        effects = self.model.effects
-        return tuple(f'{e}.{effects[e].age}' for e in self.parameters.effects if effects[e].age)
+        return ages(self.model, self.parameters.effects)
 
     def values(self, z: Array) -> dict[tuple[str, int | None], float]:
         """Coordinates to values."""
@@ -117,9 +116,7 @@ class Problem:
         if recording is None:
             mine |= _typical(values, self.model.separate)
         else:
-            before = self.latents[recording].before
-            units = {name: self.model.specifications[name].unit for name in self.ages}
-            mine |= {name: before.counted(self.parameters[name], unit) for name, unit in units.items()}
+            mine |= self.latents[recording].before.aged(self.parameters, self.model)
         return self.parameters.replace(mine)
 
     def outputs(self, values: Values, recording: int) -> Outputs:

@@ -6,7 +6,7 @@ is an object with ``time`` and a column for each channel. An effect says of itse
 (``muscle/effects/effect.py``).
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
@@ -193,6 +193,11 @@ class Model(Protocol):
 
     def unknowns(self, recordings: Sequence[Recorded], nominal: Any, separate: Mapping[str, bool]) -> list[Unknown]:
         """What a calibration fits: what the recorded channels can say anything about."""
+
+
+def ages(model: Model, effects: Iterable[str]) -> tuple[str, ...]:
+    """The parameters of these effects that say what the machine went through before a recording."""
+    return tuple(f'{name}.{model.effects[name].age}' for name in effects if model.effects[name].age)
 
 
 def floating(model: Model) -> tuple[str, ...]:
