@@ -39,6 +39,16 @@ def test_the_rests_of_an_end_that_sticks_are_no_stops(seed):
     assert found(p.with_effects('stick_slip'), noise=0.0) == []
 
 
+@pytest.mark.parametrize('held', [0.95, 0.91, 0.87])
+def test_a_drive_that_steps_down_to_what_holds_the_muscle_where_it_is_does_not_stop_it(held):
+    time = np.arange(0.0, 75.0, 0.2)
+    first = simulate(NOMINAL, time, np.where(time >= 10.0, 1.0, 0.0), kind='power', load=0.3).temperature
+    there = time[np.argmax(first - first[0] >= held * (first[-1] - first[0]))]
+    drive = np.where(time < 10.0, 0.0, np.where(time < there, 1.0, held)) * (time < 55.0)
+    seen = simulate(NOMINAL, time, drive, kind='power', load=0.3).displacement
+    assert list(stops(time, seen, time, drive)) == []
+
+
 @pytest.mark.parametrize('noise', [0.0, 2e-5, 8e-5])
 def test_a_motion_that_runs_into_something_is_stopped_there(noise):
     hard = NOMINAL.replace({'coil_contact.Hc': 0.135, 'coil_contact.s': 1.0, 'coil_contact.w': 2e-4})
