@@ -13,8 +13,18 @@ from tcp_muscle_ros.diagnosis.answer.notes import on_bent_form, on_doubtful, on_
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.search.bending import _no_worse, with_bent_form
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
 from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
-from tcp_muscle_ros.diagnosis.search.free_laws import _knots, _known, _range, promising, refitted, with_free_law
+from tcp_muscle_ros.diagnosis.search.free_laws import (
+    _knots,
+    _known,
+    _range,
+    _without_traces,
+    promising,
+    refitted,
+    with_free_law,
+)
+from tcp_muscle_ros.diagnosis.search.rivals import Rival
 from tcp_muscle_ros.diagnosis.search.selected import Weighed
 from tcp_muscle_ros.diagnosis.search.selection import select
 from tcp_muscle_ros.muscle import EFFECTS
@@ -50,6 +60,20 @@ def test_what_no_listed_effect_explains_is_a_law_with_its_curve(bumpy):
     for name, error in found.final.mean_square.items():
         assert error <= before.final.mean_square[name] * 1.05
     assert found.final.mean_square['temperature'] < 0.5 * before.calibrated.mean_square['temperature']
+
+
+@pytest.mark.parametrize(('tau', 'stays'), [(0.01, False), (2.0, True)])
+def test_an_effect_of_which_a_law_leaves_next_to_nothing_goes(bumpy, tau, stays):
+    """It had bent to what the law explains."""
+    before = selected(bumpy, [])
+    found = with_free_law(before)
+    (law,), final = found.chosen, found.final
+    problem = with_effect(final.problem, Candidate('thermocouple_lag', {'thermocouple_lag.tau': tau}, 0.0, 0.0))
+    both = fit(problem, np.concatenate([final.z, problem.start()[final.z.size :]]), rounds=0)
+    lagging = replace(law, effect='thermocouple_lag', rivals=(Rival('thermocouple_lag', both, 0.0),))
+    left = _without_traces(replace(found, chosen=(lagging, law), final=both), before)
+    assert [c.effect for c in left.chosen] == [*(['thermocouple_lag'] if stays else []), law.effect]
+    assert ('thermocouple_lag' in left.final.muscle.effects) is stays
 
 
 def test_a_null_and_a_listed_effect_have_no_law():

@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.hypothesis.latents import Slip
 from tcp_muscle_ros.diagnosis.hypothesis.work import Work
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
-from tcp_muscle_ros.diagnosis.search import company
+from tcp_muscle_ros.diagnosis.search import company, rivals
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, Screen, best_of, screen, variants, with_effect
 from tcp_muscle_ros.diagnosis.search.companions import Companions
 from tcp_muscle_ros.diagnosis.search.company import (
@@ -199,6 +199,21 @@ def test_a_sensor_that_is_off_as_none_in_use_gives_way_to_physics_that_explains_
     assert prefer([physics, hotter], 100_000.0).effect == 'shear_softening'
     assert prefer([physics, hotter], 8_000.0).effect == 'thermocouple_gain'  # the same: not a seventh less
     assert prefer([as_rival(softened, 'shear_softening', 2000.0, b=0.02), hotter], 100_000.0).effect == hotter.effect
+
+
+@pytest.mark.parametrize(
+    ('off', 'refused'),
+    [
+        ([20.0, 20.0, 21.0], True),
+        ([26.0, -5.0, 21.0], True),  # of rooms, and a muscle of another stiffness, to which two loads are one
+        ([0.5, -14.0, 1.0], False),  # one whose cold junction failed
+        ([4.0, -6.0, 3.0], False),
+        ([], False),
+    ],
+)
+def test_no_sensor_is_off_as_none_in_use_in_most_recordings(monkeypatch, softened, off, refused):
+    monkeypatch.setattr(rivals, '_strengths', lambda rival, fixed=False: np.array(off))
+    assert rivals._off_beyond_use(as_rival(softened, 'temperature_offset', 1000.0, o=1.0)) is refused
 
 
 def test_what_begins_where_the_muscle_never_was_is_another_effect_in_disguise(softened):

@@ -25,7 +25,7 @@ from tcp_muscle_ros.diagnosis.search.elsewhere import as_small_elsewhere
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, confirmation, held_out
 from tcp_muscle_ros.diagnosis.search.refitting import shrink
 from tcp_muscle_ros.diagnosis.search.remaining import unexplained
-from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
+from tcp_muscle_ros.diagnosis.search.rivals import Rival, begins, penalised
 from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
@@ -94,7 +94,9 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
                 best, scored = replace(chosen, unnamed=unnamed), score
                 left = remains / HALF  # what comes after must be clearly better still
         if best is not found:
-            return _among(best, tried)  # where a law stands instead of a name, none is sought beside it
+            return _without_traces(
+                _among(best, tried), found
+            )  # where a law stands instead of a name, none is sought beside it
     return best
 
 
@@ -117,6 +119,21 @@ def _among(found: Selection, tried: Sequence[Rival]) -> Selection:
     mine = law.rivals[0]
     rivals = (mine, *(r for r in others.values() if r.effect != mine.effect))
     return replace(found, chosen=(*kept, replace(law, rivals=tuple(sorted(rivals, key=lambda r: r.score)))))
+
+
+def _without_traces(best: Selection, found: Selection) -> Selection:
+    """The selection without the effects of which a law leaves next to nothing, or what none in use is: they had bent to
+    what it explains. One that leaves too much if it goes stays."""
+    slips = found.final.problem.model.roles.slips
+    for chosen in best.chosen[:-1]:
+        if chosen.effect == slips or begins(Rival(chosen.effect, best.final, 0.0)):
+            continue
+        final, structure = settle_noise(shrink(best.final, chosen.effect), 1)
+        if excess(final, found) < HALF * excess(found.final, found):
+            left = tuple(c for c in best.chosen if c is not chosen)
+            after = held_out(final, found.kept_back)
+            best = replace(best, final=final, chosen=left, after=after, structure_after=structure)
+    return best
 
 
 def excess(fitted: Fit, found: Selection) -> float:

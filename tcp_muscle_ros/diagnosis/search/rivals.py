@@ -89,7 +89,7 @@ def sound(rival: Rival) -> bool:
     goes, nor are two of its numbers (of physics that acts the other way round, not one); samples resolve how late it
     makes something; and no sensor is far off by the same in each recording. Else it is another one in disguise."""
     definition = rival.definition
-    if not _resolved(rival) or (definition.stage == 'sensor' and own(rival) and _alike_beyond_use(rival)):
+    if not _resolved(rival) or (definition.stage == 'sensor' and own(rival) and _off_beyond_use(rival)):
         return False
     if _spent(rival) or _ends(rival) > (0 if turned(rival) else 1) or (definition.moments and follows_the_drive(rival)):
         return False
@@ -103,13 +103,14 @@ def sound(rival: Rival) -> bool:
     return True
 
 
-def _alike_beyond_use(rival: Rival) -> bool:
-    """Whether a sensor is off as none in use is, by nearly the same in each recording: the rest of the muscle moves
-    along then, and only how they differ is seen."""
+def _off_beyond_use(rival: Rival) -> bool:
+    """Whether a sensor is off as none in use is, in most recordings or by nearly the same in each: rooms and the rest
+    of the muscle move along then, and only how they differ is seen."""
     strengths = _strengths(rival, fixed=True)
     if not strengths.size:
         return False
-    return bool(abs(np.mean(strengths)) > max(rival.policy.beyond_use, float(np.ptp(strengths))))
+    most, alike = np.median(np.abs(strengths)), abs(np.mean(strengths))
+    return bool(most > rival.policy.beyond_use or alike > max(rival.policy.beyond_use, float(np.ptp(strengths))))
 
 
 def _resolved(rival: Rival) -> bool:
