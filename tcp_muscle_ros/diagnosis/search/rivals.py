@@ -87,7 +87,7 @@ def begins(rival: Rival) -> bool:
 def sound(rival: Rival) -> bool:
     """Whether the muscle crosses, or nearly, what the effect needs to be crossed; its strength is not as far as it
     goes, nor are two of its numbers (of physics that acts the other way round, not one); samples resolve how late it
-    makes something; and no sensor is far off by the same in each recording. Else it is another one in disguise."""
+    makes something; and no sensor is far off in most recordings. Else it is another one in disguise."""
     definition = rival.definition
     if not _resolved(rival) or (definition.stage == 'sensor' and own(rival) and _off_beyond_use(rival)):
         return False
