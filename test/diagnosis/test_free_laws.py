@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TRUE, experiment
 
+from tcp_muscle_ros.diagnosis.answer import doubtful
 from tcp_muscle_ros.diagnosis.answer.doubtful import explained, named_only_if_explained, named_only_if_likely
 from tcp_muscle_ros.diagnosis.answer.free_curve import free_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import handed_on
@@ -275,6 +276,18 @@ def test_the_best_of_the_listed_effects_has_no_name_where_it_leaves_more_than_it
     assert left.final.muscle.effects == ()
     assert on_leads(found) == ()
     assert 'natural convection comes nearest to what is unexplained, but leaves more' in on_leads(left)[0]
+
+
+@pytest.mark.parametrize(('share', 'stays'), [(0.2, True), (0.03, False)])
+def test_a_room_of_which_hardly_any_of_the_misfit_is_has_no_name(monkeypatch, share, stays):
+    """A draught has no form, and may leave what other physics does; a trifle of it is what that does to the heat."""
+    drifting = TRUE.with_effects('ambient_drift').replace({'ambient_drift.a': 3.0})
+    found = selected(drifting, ['ambient_drift'])
+    assert [c.effect for c in found.chosen] == ['ambient_drift']
+    monkeypatch.setattr(doubtful, 'explained', lambda selection: share)
+    left = named_only_if_explained(found)
+    assert [c.effect for c in left.chosen] == (['ambient_drift'] if stays else [])
+    assert left.leads == (() if stays else ('ambient_drift',))
 
 
 def part_of_the_way(found, share):

@@ -71,16 +71,21 @@ def named_only_if_explained(selection: Selection) -> Selection:
     The evidence compares effects and does not vouch for any: the best of forty may be a poor one. A course that wiggles
     looks like slips here and there, too. Physics that acts the other way round than it is known to bends to what any
     law leaves: where nothing else is named it leaves no more than its form may miss of it. Circumstances stay, which go
-    as they like and have no form.
+    as they like and have no form; but not where hardly any of it is theirs: a draught may then be what a resistance
+    that is not understood does to the heat.
     """
-    named = [c for c in selection.chosen if not c.definition.circumstance]
     final, policy = selection.final, selection.final.problem.policy
+    named = [c for c in selection.chosen if not c.definition.circumstance]
     bent = all(turned(Rival(c.effect, final, 0.0)) for c in named)
-    if not named or explained(selection) >= (1.0 / (1.0 + (_FORMS * policy.form) ** 2) if bent else _HALF):
+    if explained(selection) >= (1.0 / (1.0 + (_FORMS * policy.form) ** 2) if bent and named else _HALF):
         return selection
+    fewer = selection
     for chosen in named:
-        selection = without(selection, chosen.effect)
-    return replace(selection, leads=tuple(c.effect for c in named))
+        fewer = without(fewer, chosen.effect)
+    for chosen in fewer.chosen if explained(fewer) < policy.of_all else ():
+        fewer = without(fewer, chosen.effect)
+    leads = tuple(c.effect for c in selection.chosen if c not in fewer.chosen)
+    return replace(fewer, leads=leads) if leads else selection
 
 
 def explained(selection: Selection) -> float:
