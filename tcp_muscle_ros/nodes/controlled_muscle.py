@@ -47,6 +47,7 @@ class ControlledMuscle(SafeMuscle):
         self._feedback: str = 'displacement' if on_joint else settings['feedback']
         self.feedback_topic = node.resolve_topic_name(self.topic(self._feedback))
         self._setpoint: float | None = None  # m
+        self._let_go: float | None = None  # m: sent while in a fault, it asks for no current until another comes
         self._measured_anew = False
         self._ambient: float | None = None  # K
         self._load: float | None = None  # N
@@ -120,13 +121,23 @@ class ControlledMuscle(SafeMuscle):
         self.go_to(message.data, 'displacement_setpoint')
 
     def go_to(self, value: float, name: str) -> None:
-        """Where it is to be, m, by the input of that name."""
+        """Where it is to be, m, by the input of that name; of 0 or below while in a fault, it lets go.
+
+        In a room colder than T0 the muscle needs a current to be at 0: that would never clear a fault. Nor may it flow
+        once the fault is cleared, though the same setpoint comes again and again.
+        """
         # Nothing moves by more than its own fibre: a larger number is a wrong unit.
         length = self._model['L0']
         furthest = self._inverse.furthest(self.settings['load_n'] if self._load is None else self._load)
         most = length if furthest is None else min(length, furthest)
-        if self.within(name, value, -length, most, 'm'):
-            self._setpoint = value
+        if not self.within(name, value, -length, most, 'm'):
+            return
+        with self.node.lock:
+            if self.safety.state is State.FAULT and value <= 0.0:
+                self._stop_asking()
+                self._let_go = value
+            elif value != self._let_go:
+                self._setpoint, self._let_go = value, None
 
     def _take_feedback(self, message: Float64) -> None:
         self.take_measurement(message.data)
@@ -206,10 +217,15 @@ class ControlledMuscle(SafeMuscle):
 
     def forget(self) -> str:
         """~/reset: no setpoint and no current, nothing learnt."""
-        self._setpoint = None
-        self.safety.command(0.0, self.node.seconds())
+        self._stop_asking()
         self._begin_anew()
         return 'reset: waiting for a setpoint'
+
+    def _stop_asking(self) -> None:
+        """No setpoint and no current."""
+        self._setpoint = self._let_go = self._command = None
+        self._watch.expect_anew()
+        self.safety.command(0.0, self.node.seconds())
 
     def _begin_anew(self) -> None:
         """Another controller: nothing learnt, but the muscle is as hot as it was."""
@@ -316,7 +332,9 @@ class ControlledMuscle(SafeMuscle):
             yield f'{self._lost}, probing'
         elif self._lost and self._setpoint is None:
             yield self._lost
-        if self._setpoint is None:
+        if self._let_go is not None:
+            yield f'let go by setpoint {self._let_go:g} m, which came while in a fault: send another'
+        elif self._setpoint is None:
             yield 'no setpoint yet'
         elif self._command is not None and not self.on_joint:
             shaped = self._command.shaped_setpoint

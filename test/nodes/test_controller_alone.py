@@ -48,7 +48,8 @@ class Driven:
         (self.controlled,) = self.node.muscles
         model = self.controlled.settings.muscle()
         model = model.replace({name: factor * model[name] for name, factor in off.items()})
-        self._muscle = Muscle(model, load=self.controlled.settings['load_n'], ambient=23.0 + ZERO_CELSIUS)
+        settings = self.controlled.settings
+        self._muscle = Muscle(model, load=settings['load_n'], ambient=settings.kelvin('ambient_temperature_c'))
         self.hottest = 0.0  # degC
 
     def runs(self, seconds, shows, every=1, thermometer=0, current=None):
@@ -143,6 +144,36 @@ def test_a_reset_does_not_cool_a_muscle_that_the_model_says_is_too_hot(begun):
     assert 'the cause is still there' in safety.clear_fault()
     driven.runs(30.0, lambda r: r.displacement)
     assert safety.clear_fault() == '' and driven.controlled._setpoint is None
+
+
+COLD = ('-p', 'ambient_temperature_c:=15.0')  # where a muscle needs a current to be at 0
+PROBING = ('-p', 'feedback:=resistance', '-p', 'probe_current_a:=0.05')  # without a current it is blind
+
+
+@pytest.mark.parametrize(('begun', 'every'), [(COLD, 1), (PROBING, 0)], indirect=['begun'])
+def test_setpoint_0_lets_a_fault_be_cleared_and_no_current_flows_before_another_setpoint(begun, every):
+    driven = Driven(begun)
+    controlled, safety = driven.controlled, driven.controlled.safety
+
+    def flows_at(setpoint, ticks=100):
+        flowed = set()
+        for _ in range(ticks):  # as `ros2 topic pub -r` says it, again and again
+            controlled.take_setpoint(Float64(data=setpoint))
+            driven.runs(PERIOD, lambda r: r.displacement if every else r.resistance, every=every)
+            flowed.add(safety.current)
+        return flowed != {0.0}
+
+    assert flows_at(0.02)
+    safety.trip('too hot')
+    for setpoint in (0.0, 0.02, -0.001):
+        assert not flows_at(setpoint, 20)
+        if setpoint > 0.0:
+            assert 'command 0 first' in safety.clear_fault()
+    assert safety.clear_fault() == ''
+    assert not flows_at(-0.001) and any('let go' in worry for worry in controlled.worries())
+    assert flows_at(0.02) and not any('let go' in worry for worry in controlled.worries())
+    controlled.take_setpoint(Float64(data=-0.001))
+    assert controlled._setpoint == -0.001, 'without a fault it is a setpoint like others'
 
 
 @pytest.mark.parametrize('begun', [STRONG], indirect=True)
