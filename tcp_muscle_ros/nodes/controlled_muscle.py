@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
@@ -16,6 +17,7 @@ from tcp_muscle_ros.muscle import ZERO_CELSIUS
 from tcp_muscle_ros.muscle.family import not_stated
 from tcp_muscle_ros.nodes.controllers import make_controller, make_handover, other_model
 from tcp_muscle_ros.nodes.home import ControlHome
+from tcp_muscle_ros.nodes.mixing import Mixing
 from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle, number
 from tcp_muscle_ros.nodes.topics import COMMAND_QOS, MEASUREMENT_QOS
@@ -58,6 +60,8 @@ class ControlledMuscle(SafeMuscle):
         self._command: Command | None = None
         self._fibre: float | None = None  # K, by the model from what has flowed; None before the first command
         self._lost = 'no feedback yet'
+        self._mixing = Mixing()
+        self._mixed: Sequence[str] = ()
         self._controller = make_handover(settings)
         self._watch = FeedbackWatch('angle' if on_joint else self._feedback, 0.0, 0.0)
         self._apply_watch()
@@ -235,6 +239,13 @@ class ControlledMuscle(SafeMuscle):
         self._command = None
         self._watch.expect_anew()
 
+    def look_for_others(self, node: Node) -> None:
+        """Also for a second node that publishes what the muscle is measured by."""
+        super().look_for_others(node)
+        names = ('current', 'temperature', *(('force',) if self.on_joint else ()))
+        topics = [self.feedback_topic, *(node.resolve_topic_name(self.topic(name)) for name in names)]
+        self._mixed = self._mixing.look(node, topics, node.get_logger().warning)
+
     # One tick
 
     def work(self, dt: float, now: float, publish: bool) -> None:
@@ -326,6 +337,7 @@ class ControlledMuscle(SafeMuscle):
 
     def worries(self) -> Iterable[str]:
         """What keeps it from working, beside safety."""
+        yield from self._mixed
         if self._taking.untaken and not self.on_joint:  # a joint says it, and stops
             yield 'none of the current that is asked for flows: its receiver is disabled or in fault'
         if self._probe() > 0.0:

@@ -106,7 +106,7 @@ class SafeMuscle:
             )
         return False
 
-    def look_for_commanders(self, node: Node) -> None:
+    def look_for_others(self, node: Node) -> None:
         """Ask the graph who else commands this muscle; what is found is a worry, and logged once."""
         topics = {node.resolve_topic_name(self.topic(f'{kind.name.lower()}_command')) for kind in Kind}
         commanders = tuple(sorted(self._graph.look(node, topics, REMEMBERED)))

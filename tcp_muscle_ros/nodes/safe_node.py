@@ -232,7 +232,7 @@ class SafeNode(DeclaredNode, Generic[M]):
         """Once a second: diagnostics, and a line of log for what was counted meanwhile."""
         log = self.get_logger()
         for muscle in self.muscles:
-            muscle.look_for_commanders(self)
+            muscle.look_for_others(self)
         self._look_for_namesake()
         with self.lock:
             self._watch_clock()

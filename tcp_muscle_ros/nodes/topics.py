@@ -207,22 +207,26 @@ def another(name: str) -> str:
 
 
 class Commanders:
-    """Who publishes on some topics, by the graph. Processes are counted and not names: two nodes may have one."""
+    """Who publishes on some topics, by the graph. Processes are counted and not names: two nodes may have one.
+
+    One that was killed stands beside its successor for LEASE.
+    """
 
     def __init__(self) -> None:
         self._since: dict[tuple[str, bytes], float] = {}  # s, steady: when a name in a process was first seen
 
     def look(self, node: Node, topics: Iterable[str], standing: float) -> set[str]:
-        """The full names of the nodes; where two have one name, also ``another ...``, once both stand so long (s).
+        """The full names of the nodes; where two have one name, also ``another ...``, once both stand so long (s)."""
+        stand = Counter(self.standing(node, topics, standing))
+        names = {name for name, _ in self._since}
+        return names | {another(name) for name in names - {NAMELESS} if stand[name] > 1}
 
-        One that was killed stands beside its successor for LEASE.
-        """
+    def standing(self, node: Node, topics: Iterable[str], seconds: float) -> list[str]:
+        """The full names of those that stand so long, each as often as nodes have it."""
         now = time.monotonic()
         ends = [
             end for topic in topics if node.count_publishers(topic) for end in node.get_publishers_info_by_topic(topic)
         ]
         there = {(name_of(end), bytes(end.endpoint_gid[:_PROCESS])) for end in ends}
         self._since = {one: self._since.get(one, now) for one in there}
-        names = {name for name, _ in there}
-        stand = Counter(name for (name, _), since in self._since.items() if now - since >= standing)
-        return names | {another(name) for name in names - {NAMELESS} if stand[name] > 1}
+        return sorted(name for (name, _), since in self._since.items() if now - since >= seconds)

@@ -7,6 +7,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from tcp_muscle_ros.nodes import topics
+from tcp_muscle_ros.nodes.mixing import Mixing
 from tcp_muscle_ros.nodes.topics import LEASE, NAMELESS, REMEMBERED, Commanders
 
 TOPICS = ('/current_command', '/power_command')
@@ -71,3 +72,24 @@ def test_a_node_with_two_publishers_is_one_and_nodes_without_a_name_have_none_in
     for process in (2, 3):
         graph.add(process, name='_NODE_NAME_UNKNOWN_')
     assert graph.look(0.0) == {ME, NAMELESS}
+
+
+@pytest.mark.parametrize('name', ['sim_node', 'driver'])
+def test_two_nodes_that_publish_a_measurement_are_told_once_when_neither_was_killed(graph, name):
+    mixing, told = Mixing(), []
+    topic = '/displacement'
+
+    def look(after=0.0):
+        graph.now += after
+        return list(mixing.look(graph, [topic, '/current'], told.append))
+
+    graph.add(1, name=name, topic=topic)
+    graph.add(1, name=name, topic=topic)
+    assert look() == look(2 * REMEMBERED) == [], 'one node with two publishers'
+    graph.add(2, name='sim_node', topic=topic)
+    assert look() == look(LEASE) == []
+    (said,) = look(REMEMBERED)
+    assert said.startswith(f'/displacement is published by /{name} and by /sim_node: ') and told == [said]
+    assert look(1.0) == told and len(told) == 1
+    graph.remove(1)
+    assert look(1.0) == []

@@ -14,6 +14,7 @@ from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle
+from tcp_muscle_ros.nodes import mixing
 from tcp_muscle_ros.nodes.controller_node import ControllerNode
 from tcp_muscle_ros.nodes.sim_node import SimNode
 from tcp_muscle_ros.settings.parameter_file import write
@@ -291,3 +292,18 @@ def test_a_limit_is_lowered_though_the_file_of_the_model_is_gone_and_no_filter_i
         assert controller.set_parameters([Parameter(name, value=value)])[0].successful
     assert muscle.safety.limits.current == 0.05
     assert not controller.set_parameters([Parameter('model_file', value=str(tmp_path / 'never.yaml'))])[0].successful
+
+
+@pytest.mark.parametrize(('begun', 'topic'), [((), '/displacement'), (ANTAGONIST, '/knuckle/angle')], indirect=['begun'])
+def test_a_second_node_that_publishes_the_feedback_is_a_worry(begun, topic, monkeypatch):
+    node = begun[0](ControllerNode)
+    ends = [
+        SimpleNamespace(node_name=name, node_namespace='/', endpoint_gid=[process] * 16)
+        for process, name in enumerate(('sim_node', 'driver'))
+    ]
+    monkeypatch.setattr(node, 'count_publishers', lambda name: len(ends) if name == topic else 0)
+    monkeypatch.setattr(node, 'get_publishers_info_by_topic', lambda name: ends if name == topic else [])
+    monkeypatch.setattr(mixing, 'REMEMBERED', 0.0)
+    for muscle in node.muscles:
+        muscle.look_for_others(node)
+        assert any(worry.startswith(f'{topic} is published by /driver and by /sim_node') for worry in muscle.worries())
