@@ -7,7 +7,7 @@ Fixed and turning joints; links without ``inertial`` weigh nothing.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos, isfinite, sin
 from xml.etree import ElementTree
 
 import numpy as np
@@ -30,9 +30,32 @@ class _Link:
     centre: Array  # of mass, m, in its frame
 
 
-def _numbers(element: ElementTree.Element | None, name: str, default: str) -> Array:
-    text = default if element is None else element.get(name, default)
-    return np.array([float(part) for part in text.split()])
+def _numbers(element: ElementTree.Element | None, name: str, default: str, of: str) -> Array:
+    """As many as the default has. BadInput, with the name of the link or joint ``of`` which they are."""
+    element = ElementTree.Element('') if element is None else element
+    text, count = element.get(name, default), len(default.split())
+    try:
+        found = [float(part) for part in text.split()]
+    except ValueError:
+        found = []
+    if len(found) != count or not all(map(isfinite, found)):
+        hint = '; run xacro over it first' if '${' in text else ''
+        wanted = 'a number' if count == 1 else f'{count} numbers'
+        raise BadInput(f"the robot description has <{element.tag} {name}='{text}'> in {of}; expected {wanted}{hint}")
+    return np.array(found)
+
+
+def _axis(joint: ElementTree.Element) -> Array:
+    """Of length 1."""
+    axis = _numbers(joint.find('axis'), 'xyz', '1 0 0', _called(joint))
+    length = np.linalg.norm(axis)
+    if length == 0.0:
+        raise BadInput(f'the robot description has {_called(joint)} turn about the axis 0 0 0; expected a direction')
+    return np.asarray(axis / length)
+
+
+def _called(element: ElementTree.Element) -> str:
+    return f"{element.tag} '{element.get('name')}'"
 
 
 def _cross(vector: Array) -> Array:
@@ -59,7 +82,7 @@ class Gravity:
         urdf: the robot's description, as text.
 
     Raises:
-        BadInput: no URDF, or a joint that neither turns nor is fixed.
+        BadInput: no URDF, a joint that neither turns nor is fixed, or what is no number where one is expected.
     """
 
     def __init__(self, urdf: str) -> None:
@@ -68,13 +91,15 @@ class Gravity:
         except ElementTree.ParseError as problem:
             raise BadInput(f'the robot description is no XML: {problem}') from None
         joints = robot.findall('joint')
-        carried = {joint.find('child').get('link'): joint for joint in joints}  # type: ignore[union-attr]
+        carried = {self._end(joint, 'child'): joint for joint in joints}
         self._links: list[_Link] = []
         self._index: dict[str, int] = {}
         waiting = [str(link.get('name')) for link in robot.findall('link')]
         elements = {str(link.get('name')): link for link in robot.findall('link')}
         while waiting:
-            ready = [name for name in waiting if name not in carried or self._parent(carried[name]) in self._index]
+            ready = [
+                name for name in waiting if name not in carried or self._end(carried[name], 'parent') in self._index
+            ]
             if not ready:
                 raise BadInput(f"the robot description is no tree: link '{waiting[0]}' hangs on nothing")
             for name in ready:
@@ -84,9 +109,13 @@ class Gravity:
         self.joints = tuple(link.joint for link in self._links if link.joint)
 
     @staticmethod
-    def _parent(joint: ElementTree.Element) -> str:
-        parent = joint.find('parent')
-        return '' if parent is None else str(parent.get('link'))
+    def _end(joint: ElementTree.Element, which: str) -> str:
+        """The link at that end of a joint: ``parent`` or ``child``."""
+        end = joint.find(which)
+        link = None if end is None else end.get('link')
+        if link is None:
+            raise BadInput(f"the robot description has no <{which} link='...'> in {_called(joint)}")
+        return link
 
     def _read(self, link: ElementTree.Element, joint: ElementTree.Element | None) -> _Link:
         inertial = link.find('inertial')
@@ -96,15 +125,16 @@ class Gravity:
         if kind not in ('fixed', 'revolute', 'continuous'):
             raise BadInput(f"link '{link.get('name')}' hangs on a joint that is {kind}; expected fixed or revolute")
         at = None if joint is None else joint.find('origin')
-        axis = _numbers(None if joint is None else joint.find('axis'), 'xyz', '1 0 0')
+        of = '' if joint is None else _called(joint)
+        turning = None if kind == 'fixed' else joint  # the axis of one that is fixed is often written as 0 0 0
         return _Link(
-            joint='' if joint is None or kind == 'fixed' else str(joint.get('name')),
-            parent=-1 if joint is None else self._index[self._parent(joint)],
-            place=_numbers(at, 'xyz', '0 0 0'),
-            turn=_roll_pitch_yaw(_numbers(at, 'rpy', '0 0 0')),
-            axis=axis / np.linalg.norm(axis),
-            mass=0.0 if mass is None else float(mass.get('value', 0.0)),
-            centre=_numbers(origin, 'xyz', '0 0 0'),
+            joint='' if turning is None else str(turning.get('name')),
+            parent=-1 if joint is None else self._index[self._end(joint, 'parent')],
+            place=_numbers(at, 'xyz', '0 0 0', of),
+            turn=_roll_pitch_yaw(_numbers(at, 'rpy', '0 0 0', of)),
+            axis=np.array([1.0, 0.0, 0.0]) if turning is None else _axis(turning),
+            mass=float(_numbers(mass, 'value', '0', _called(link))[0]),
+            centre=_numbers(origin, 'xyz', '0 0 0', _called(link)),
         )
 
     def torques(self, angles: Mapping[str, float], gravity: Sequence[float] = EARTH) -> dict[str, float]:

@@ -294,7 +294,9 @@ def test_a_limit_is_lowered_though_the_file_of_the_model_is_gone_and_no_filter_i
     assert not controller.set_parameters([Parameter('model_file', value=str(tmp_path / 'never.yaml'))])[0].successful
 
 
-@pytest.mark.parametrize(('begun', 'topic'), [((), '/displacement'), (ANTAGONIST, '/knuckle/angle')], indirect=['begun'])
+@pytest.mark.parametrize(
+    ('begun', 'topic'), [((), '/displacement'), (ANTAGONIST, '/knuckle/angle')], indirect=['begun']
+)
 def test_a_second_node_that_publishes_the_feedback_is_a_worry(begun, topic, monkeypatch):
     node = begun[0](ControllerNode)
     ends = [

@@ -107,3 +107,41 @@ def test_what_is_no_description_is_said():
         )
     with pytest.raises(BadInput, match="no turning joint 'elbo'; did you mean 'elbow'"):
         Gravity(ElementTree.tostring(ElementTree.fromstring(urdf('arm')), encoding='unicode')).torques({'elbo': 0.0})
+
+
+LIMB = (
+    '<robot><link name="trunk"/><link name="limb">'
+    '<inertial><mass value="0.1"/><origin xyz="0.03 0 0"/></inertial></link>'
+    '<joint name="knee" type="revolute"><parent link="trunk"/><child link="limb"/><origin xyz="0 0 0" rpy="0 0 0"/>'
+    '<axis xyz="0 1 0"/></joint></robot>'
+)
+
+
+@pytest.mark.parametrize(
+    ('right', 'wrong', 'said'),
+    [
+        ('value="0.1"', 'value="${mass}"', r"<mass value='\$\{mass\}'> in link 'limb'; expected a number; run xacro"),
+        ('value="0.1"', 'value="nan"', "<mass value='nan'> in link 'limb'; expected a number$"),
+        ('xyz="0.03 0 0"', 'xyz="0.03 0"', "<origin xyz='0.03 0'> in link 'limb'; expected 3 numbers"),
+        ('rpy="0 0 0"', 'rpy="0"', "<origin rpy='0'> in joint 'knee'; expected 3 numbers"),
+        ('xyz="0 1 0"', 'xyz="0,1,0"', "<axis xyz='0,1,0'> in joint 'knee'; expected 3 numbers"),
+        ('xyz="0 1 0"', 'xyz="0 0 0"', "joint 'knee' turn about the axis 0 0 0; expected a direction"),
+        ('<child link="limb"/>', '', "no <child link='...'> in joint 'knee'"),
+        ('<parent link="trunk"/>', '<parent/>', "no <parent link='...'> in joint 'knee'"),
+    ],
+)
+def test_what_is_wrong_in_a_description_is_named_with_its_link_or_joint(right, wrong, said):
+    with pytest.raises(BadInput, match=said):
+        Gravity(LIMB.replace(right, wrong))
+
+
+@pytest.mark.parametrize(
+    ('right', 'wrong'), [('"revolute"', '"fixed"'), ('<axis xyz="0 1 0"/>', ''), ('<mass value="0.1"/>', '')]
+)
+def test_a_fixed_joint_may_have_no_axis_and_what_is_left_out_has_its_default(right, wrong):
+    limb = LIMB.replace(right, wrong)
+    limb = limb.replace('xyz="0 1 0"', 'xyz="0 0 0"') if 'fixed' in limb else limb
+    hand = '<link name="hand"><inertial><mass value="1"/></inertial></link><joint name="wrist" type="revolute">'
+    hand += '<parent link="limb"/><child link="hand"/><origin xyz="0 0 0.1"/><axis xyz="0 1 0"/></joint></robot>'
+    torques = Gravity(limb.replace('</robot>', hand)).torques({'wrist': 0.0})
+    assert torques and all(abs(torque) < 1.0 for torque in torques.values())  # False for NaN
