@@ -76,6 +76,13 @@ class ControllerNode(SafeNode[ControlledMuscle]):
         return super().forget()
 
     def _take_joint_commands(self, message: JointState) -> None:
+        names, positions = len(message.name), len(message.position)
+        if names != positions:
+            self.muscles[0].refused_inputs['joint_commands'] += 1
+            self.get_logger().warning(
+                f'joint_commands with {names} names and {positions} positions; expected a position for each name',
+                throttle_duration_sec=10.0,
+            )
         for name, position in zip_longest(message.name, message.position[: len(message.name)]):
             go_to = self._setpoints.get(name)
             if go_to is None:

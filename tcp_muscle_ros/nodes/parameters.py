@@ -169,6 +169,8 @@ def read(overrides: Mapping[str, object], owner: str) -> Settings:
             taken[name] = read_value(KNOWN[name], value)  # the other node's too: a mistake is one wherever it stands
         elif name != 'effects' and not of_rclpy(name):
             raise BadInput(f"unknown parameter '{name}'{nearest(name, ('effects', *KNOWN))}")
+    if not str(taken.get('joint_name', 'left out')).strip():
+        raise BadInput("parameter 'joint_name' is ''; expected the name of a joint, or leave it out")
     check_whole(taken)
     effects = read_effects(overrides.get('effects'))
     values: dict[str, Value] = {'effects': effects}

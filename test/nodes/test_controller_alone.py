@@ -10,7 +10,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 import rclpy
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import Temperature
+from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscle
@@ -309,3 +309,21 @@ def test_a_second_node_that_publishes_the_feedback_is_a_worry(begun, topic, monk
     for muscle in node.muscles:
         muscle.look_for_others(node)
         assert any(worry.startswith(f'{topic} is published by /driver and by /sim_node') for worry in muscle.worries())
+
+
+@pytest.mark.parametrize('begun', [()], indirect=True)
+@pytest.mark.parametrize(
+    ('names', 'positions', 'goes_to', 'counted'),
+    [
+        ([], [0.01], None, 1),
+        (['tcp_muscle'], [0.01, 0.5], 0.01, 1),
+        (['tcp_muscle', 'wheel'], [0.01], 0.01, 1),
+        (['tcp_muscle', 'wheel'], [0.01, 0.5], 0.01, 0),
+        ([], [], None, 0),
+    ],
+)
+def test_joint_commands_without_a_position_for_each_name_are_counted(begun, names, positions, goes_to, counted):
+    node = begun[0](ControllerNode)
+    (muscle,) = node.muscles
+    node._take_joint_commands(JointState(name=names, position=positions))
+    assert muscle._setpoint == goes_to and muscle.refused_inputs['joint_commands'] == counted

@@ -79,6 +79,8 @@ def test_the_joint_of_one_muscle_has_the_name_of_its_namespace_unless_told_other
         ({**TWO, 'thumb.effects': ['kreep']}, "thumb: parameter 'effects': unknown effect 'kreep'; did you mean"),
         ({**TWO, 'thumb.rate_hz': 50.0}, "thumb: parameter 'rate_hz' is the whole node's: write it without 'thumb.'"),
         ({**TWO, 'joint_name': 'x'}, "parameter 'joint_name' is one muscle's: write 'thumb.joint_name'"),
+        ({'joint_name': ''}, "parameter 'joint_name' is ''; expected the name of a joint, or leave it out"),
+        ({**TWO, 'index.joint_name': ' '}, "index: parameter 'joint_name' is ''"),
         ({**TWO, 'index.joint_name': 'thumb'}, "joint_name: 'thumb' stands there twice"),
         ({'muscles': ['thumb', 'thumb']}, "parameter 'muscles': 'thumb' stands there twice"),
         ({'muscles': 'thumb'}, "parameter 'muscles' is 'thumb'; expected a list of names, such as [thumb, index]"),
