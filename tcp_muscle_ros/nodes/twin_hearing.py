@@ -40,7 +40,8 @@ class Hearing:
         self._inputs, self._subscriptions = Inputs(), []
         self._spoke: dict[str, float] = {}  # s, steady: when each topic last did, or was first listened to
         self._of_tick: dict[str, float] = {}
-        self._young: list[tuple[float, str, float]] = []  # of a tick of which more may be under way
+        self._young: list[tuple[float, str, float]] = []  # of ticks of which more may be under way
+        self._newest = -math.inf  # s, time of the last tick that was handed out
         for name in HEARD:
             kind = CHANNELS[name]
             message = Temperature if kind.stamped else Float64
@@ -72,25 +73,31 @@ class Hearing:
     def ticks(self) -> list[Heard]:
         """What has come since last asked, oldest first. A channel that comes again begins the next tick.
 
-        A tick that may still be coming in is kept for the next time. Topics are looked at one after another: what came
-        on one of them after the look at it would be a tick of its own, older than that of the topics looked at later.
+        A tick that may still be coming in is kept for the next time. Topics are looked at one after another, and on a
+        busy machine long after one another: what came on one of them after the look at it would be a tick of its own,
+        older than that of the topics looked at later. So what came since the first look is kept. Times run back only
+        where the clock was set back.
         """
-        now, steady, events = time.time(), time.monotonic(), [*self._young]
+        begun, steady, events = time.time(), time.monotonic(), [*self._young]
         for name, message, subscription, read in self._subscriptions:
             while (got := subscription.handle.take_message(message, False)) is not None:
                 value = read(got[0])
                 self._spoke[subscription.topic_name] = steady
                 if math.isfinite(value):
                     events.append((got[1]['received_timestamp'] * 1e-9, name, value))
-        events.sort()
-        ticks: list[list[tuple[float, str, float]]] = []
-        for event in events:
-            came, name, _ = event
-            if not ticks or name in (one for _, one, _ in ticks[-1]) or came - ticks[-1][0][0] > self._apart:
-                ticks.append([])
-            ticks[-1].append(event)
-        self._young = ticks.pop() if ticks and abs(now - ticks[-1][0][0]) < self._apart else []
-        return [Heard(tick[0][0], {name: value for _, name, value in tick}) for tick in ticks]
+        ended = time.time()
+        if self._newest > ended:  # the clock was set back
+            self._newest = -math.inf
+        events.sort(key=lambda event: (event[0] <= ended, event))  # first what seems to be still to come: it was before
+        self._young, over = [], []
+        for tick in _parted(events, self._apart):
+            first = tick[0][0]
+            if begun - self._apart < first <= ended:
+                self._young += tick
+            elif first > self._newest:  # else under way for longer than anybody waited for it: its tick is over
+                self._newest = first
+                over.append(Heard(first, {name: value for _, name, value in tick}))
+        return over
 
     def tick(self, time: float, sent: int) -> Heard:
         """All of one tick of a simulation in lockstep, whose time (s) it is; it was sent then (ns)."""
@@ -106,6 +113,17 @@ class Hearing:
                 self._of_tick[name] = value
 
         return take
+
+
+def _parted(events: list[tuple[float, str, float]], apart: float) -> list[list[tuple[float, str, float]]]:
+    """What came, parted into ticks; ``apart`` s."""
+    ticks: list[list[tuple[float, str, float]]] = []
+    for event in events:
+        came, name, _ = event
+        if not ticks or name in (one for _, one, _ in ticks[-1]) or abs(came - ticks[-1][0][0]) > apart:
+            ticks.append([])
+        ticks[-1].append(event)
+    return ticks
 
 
 def _reader(name: str) -> Callable[[Any], float]:

@@ -1,5 +1,6 @@
 """What the twin hears is put together into the muscle's ticks, whenever it looks."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
@@ -23,10 +24,11 @@ class Topic:
 
     def __init__(self, topic, world):
         self.topic_name, self.handle, self._world = topic, self, world
-        self.waiting = []
+        self.waiting, self.held_up = [], 0.0  # s, by which the next look at it comes later
 
     def take_message(self, kind, _):
-        self._world.now += 2e-5
+        self._world.now += 2e-5 + self.held_up
+        self.held_up = 0.0
         if self.waiting and self.waiting[0] <= self._world.now:
             message = Temperature(temperature=1.0) if kind is Temperature else Float64(data=1.0)
             return message, {'received_timestamp': round(self.waiting.pop(0) * 1e9)}
@@ -66,6 +68,38 @@ def test_a_tick_of_the_muscle_is_one_whenever_the_twin_looks(monkeypatch, phase)
         heard += world.hearing.ticks()
     assert [sorted(tick.values) for tick in heard] == [sorted(TICK)] * 20
     assert [tick.time for tick in heard] == pytest.approx([1000.0 + k * PERIOD for k in range(1, 21)])
+
+
+@pytest.mark.parametrize('lost', [0.9 * PERIOD, 4.0 * PERIOD])
+@pytest.mark.parametrize('place', range(len(TICK)))
+def test_a_tick_of_the_muscle_is_one_where_the_machine_is_busy_elsewhere_between_two_looks(monkeypatch, place, lost):
+    world = World(monkeypatch)
+    heard = []
+    for k in range(1, 21):
+        world.publishes(1000.0 + k * PERIOD)
+    for k in range(1, 30):
+        world.now = max(world.now, 1000.0 + (k + 0.6) * PERIOD)
+        world.topics[place].held_up = lost * (k == 10)
+        heard += world.hearing.ticks()
+    assert [sorted(tick.values) for tick in heard] == [sorted(TICK)] * 20
+    assert [tick.time for tick in heard] == pytest.approx([1000.0 + k * PERIOD for k in range(1, 21)])
+
+
+@pytest.mark.parametrize('set_back', [0.0, 5.0])
+def test_times_run_back_only_where_the_clock_does(monkeypatch, set_back):
+    """What the middleware hands over late was said to be of a clock that was set back: the twin began anew."""
+    world = World(monkeypatch)
+    heard = []
+    for k in range(1, 21):
+        world.now = 1000.0 + k * PERIOD - set_back * (k > 10)
+        world.publishes(world.now)
+        world.now += 0.9 * PERIOD
+        if k == 12:
+            world.topics[0].waiting.insert(0, world.now - 3.5 * PERIOD)
+        heard += [tick.time for tick in world.hearing.ticks()]
+    back = [after - before for before, after in pairwise(heard) if after < before]
+    assert back == ([pytest.approx(PERIOD - set_back)] if set_back else [])
+    assert len(heard) == 20
 
 
 def test_what_came_before_the_clock_was_set_back_is_not_waited_for(monkeypatch):
