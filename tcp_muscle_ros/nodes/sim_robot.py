@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
+from rclpy.time import Time
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float64
 
@@ -125,7 +126,7 @@ class Eye:
         if self._publisher.get_subscription_count() == 0:
             return
         with self._node.lock:
-            still, stamp = self._robot.robot.still(), self._node.get_clock().now().to_msg()
+            still, stamp = self._robot.robot.still(), Time(nanoseconds=max(self._node.time_base.now(), 0)).to_msg()
         if self._camera is None:
             self._camera = camera(still, *self._size)
             self._node.get_logger().info(f'pictures by {self._camera.backend}')

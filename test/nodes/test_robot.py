@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -14,12 +15,15 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 pytest.importorskip('mujoco', reason="needs MuJoCo (extra 'mujoco', Python 3.11 and later)")
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.clock import Clock, ClockType
+from rclpy.time import Time
 from sensor_msgs.msg import Image, JointState, Temperature
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 
 from tcp_muscle_ros.muscle import Muscle, Parameters
-from tcp_muscle_ros.nodes.sim_robot import SimRobot
+from tcp_muscle_ros.nodes.sim_robot import Eye, SimRobot
+from tcp_muscle_ros.nodes.ticks import SECOND
 
 pytestmark = pytest.mark.processes
 ROOT = Path(__file__).resolve().parents[2]
@@ -137,6 +141,29 @@ def test_a_velocity_is_that_of_the_simulators_time_at_any_rate_of_ticks(dt):
     arm, turned = it.robot.moment_arm('middle_flexor', 'middle'), it.robot.data.qvel[it.robot.speed_place('middle')]
     assert abs(arm * turned) > 1e-3
     assert seen == pytest.approx([arm * turned] * 6, rel=0.1)
+
+
+@pytest.mark.parametrize('reached', [0, 12 * SECOND + 340_000_000])
+def test_a_picture_is_of_the_time_of_the_ticks(reached):
+    """Which a simulation that is faster than the clock on the wall has for itself."""
+    seen = []
+    node = SimpleNamespace(
+        topics=SimpleNamespace(
+            publisher=lambda *_: SimpleNamespace(get_subscription_count=lambda: 1, publish=seen.append)
+        ),
+        create_timer=lambda *_, **__: None,
+        lock=nullcontext(),
+        time_base=SimpleNamespace(now=lambda: reached),
+        get_clock=lambda: Clock(clock_type=ClockType.SYSTEM_TIME),
+    )
+    eye = Eye(
+        node,
+        SimpleNamespace(robot=SimpleNamespace(still=dict)),
+        {'image_width': 3, 'image_height': 2, 'image_rate_hz': 5.0},
+    )
+    eye._camera = SimpleNamespace(picture=lambda _: np.zeros((2, 3, 3), np.uint8))
+    eye._look()
+    assert [Time.from_msg(picture.header.stamp).nanoseconds for picture in seen] == [reached]
 
 
 @pytest.mark.parametrize(
