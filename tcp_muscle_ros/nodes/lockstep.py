@@ -228,6 +228,15 @@ class FollowingTime(RosTime):
         return self._tick < before
 
 
+def timeless(base: TimeBase) -> str:
+    """Why there is no time to keep to; '' where there is. Asked once a second."""
+    if not isinstance(base, RosTime):
+        return ''
+    if base.now() == 0:
+        return 'use_sim_time is true, but no /clock has come'
+    return '/clock stands still' if base.stands_still() else ''
+
+
 def out_of_step(node: Node, base: TimeBase, heard: Iterable[str]) -> dict[str, str]:
     """By topic that is heard, why nothing may be built on it: a simulation in lockstep says it, and this node is not.
 

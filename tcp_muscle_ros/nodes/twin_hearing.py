@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from rclpy.node import Node
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Float64
@@ -20,6 +22,7 @@ from tcp_muscle_ros.recording.units import UNITS
 HEARD = (*OUTPUTS, 'current', 'load', 'ambient')
 _APART = 0.5  # of a period: messages that are further apart belong to two ticks
 
+_LOOKS = 100  # at a clock, that are kept: what came before them is long handed out
 _SPEAKS = 2.0  # s, within which what is published in every tick comes
 
 
@@ -31,11 +34,38 @@ class Heard:
     values: dict[str, float] = field(default_factory=dict)
 
 
-class Hearing:
-    """Subscriptions to a muscle's topics. ``period`` s, of whoever takes them."""
+class _Looks:
+    """Looks at a clock that goes at another pace than the system's, which is the one that says when something came."""
 
-    def __init__(self, node: Node, topics: Topics, period: float) -> None:
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self._looks: deque[tuple[float, float]] = deque(maxlen=_LOOKS)  # s, of the system and of the clock
+
+    def look(self) -> None:
+        """Note what time it is by both."""
+        look = time.time(), self._clock()
+        if self._looks and any(now < before for now, before in zip(look, self._looks[-1], strict=True)):
+            self._looks.clear()  # one of them was set back
+        self._looks.append(look)
+
+    def time(self, came: float) -> float:
+        """The clock's time at one of the system's."""
+        return float(np.interp(came, *zip(*self._looks, strict=True)))
+
+
+class Hearing:
+    """Subscriptions to a muscle's topics.
+
+    Args:
+        node: who listens.
+        topics: what makes the subscriptions.
+        period: s, of whoever takes what came.
+        clock: the time (s) that ticks are to have; none: the system's.
+    """
+
+    def __init__(self, node: Node, topics: Topics, period: float, clock: Callable[[], float] | None = None) -> None:
         self._apart = _APART * period
+        self._looks = _Looks(clock) if clock else None
         self._node, self._topics = node, topics
         self._inputs, self._subscriptions = Inputs(), []
         self._spoke: dict[str, float] = {}  # s, steady: when each topic last did, or was first listened to
@@ -78,6 +108,8 @@ class Hearing:
         older than that of the topics looked at later. So what came since the first look is kept. Times run back only
         where the clock was set back.
         """
+        if self._looks is not None:
+            self._looks.look()
         begun, steady, events = time.time(), time.monotonic(), [*self._young]
         for name, message, subscription, read in self._subscriptions:
             while (got := subscription.handle.take_message(message, False)) is not None:
@@ -96,8 +128,11 @@ class Hearing:
                 self._young += tick
             elif first > self._newest:  # else under way for longer than anybody waited for it: its tick is over
                 self._newest = first
-                over.append(Heard(first, {name: value for _, name, value in tick}))
+                over.append(Heard(self._time(first), {name: value for _, name, value in tick}))
         return over
+
+    def _time(self, came: float) -> float:
+        return came if self._looks is None else self._looks.time(came)
 
     def tick(self, time: float, sent: int) -> Heard:
         """All of one tick of a simulation in lockstep, whose time (s) it is; it was sent then (ns)."""

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float64, String
@@ -31,7 +32,7 @@ from tcp_muscle_ros.muscle import TABLE, ZERO_CELSIUS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.nodes.declaring import DeclaredNode
 from tcp_muscle_ros.nodes.lifetime import run
-from tcp_muscle_ros.nodes.lockstep import FollowingTime, out_of_step
+from tcp_muscle_ros.nodes.lockstep import FollowingTime, out_of_step, timeless
 from tcp_muscle_ros.nodes.parameters import Settings, descriptor, of_rclpy, read_rows
 from tcp_muscle_ros.nodes.safe_muscle import number
 from tcp_muscle_ros.nodes.serialized import NumberPublisher
@@ -94,6 +95,7 @@ class TwinNode(DeclaredNode):
         simulated = self.get_parameter('use_sim_time').value
         self._base = FollowingTime(self, self._collect) if simulated else SteadyTime(self.get_clock())
         self._collected: list[Heard] = []  # ticks of a simulation in lockstep
+        self._timeless = ''  # why there is no time to follow a muscle in
         self._out_of_step: dict[str, str] = {}
         self._unmatched: dict[str, str] = {}
         self._silent: dict[str, float] = {}  # by topic that is published, for how long (s) it was not heard
@@ -102,10 +104,12 @@ class TwinNode(DeclaredNode):
         if self._settings['adopting_controller']:
             self._topics.subscription(DiagnosticArray, '/diagnostics', self._controller.hear, MEASUREMENT_QOS)
         self.create_service(Trigger, '~/reset', self._reset)
-        self.create_timer(1.0, self._look_after)
+        # On the steady clock: it must also speak while /clock is silent.
+        self.create_timer(1.0, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _publish_on(self, topics: Topics) -> None:
-        self._hearing = Hearing(self, topics, 1.0 / self._rate)
+        clock = None if isinstance(self._base, SteadyTime) else self._seconds
+        self._hearing = Hearing(self, topics, 1.0 / self._rate, clock)
         self._outputs: list[tuple[NumberPublisher, ...]] = [
             tuple(
                 NumberPublisher(topics.publisher(Float64, f'~/{topic}', STATE_QOS))
@@ -188,7 +192,7 @@ class TwinNode(DeclaredNode):
     def _collect(self, sent: int) -> None:
         """What a simulation in lockstep published with its tick."""
         with self._lock:
-            self._collected.append(self._hearing.tick(self._base.now() / SECOND, sent))
+            self._collected.append(self._hearing.tick(self._seconds(), sent))
 
     def _take(self, heard: Heard) -> None:
         values = heard.values
@@ -288,6 +292,9 @@ class TwinNode(DeclaredNode):
         if alarm is not None and difference is not None:
             self._attend(alarm, difference, columns)
         self._controller.believe(self._twin.predictor.source)
+        before, self._timeless = self._timeless, timeless(self._base)
+        if self._timeless != before and self._timeless:
+            self.get_logger().warning(self._timeless)
         self._out_of_step = out_of_step(self, self._base, self._hearing.topics)
         self._unmatched = self._topics.mismatches_since(self._unmatched, self.get_logger().warning)
         self._hear_anew()
@@ -311,7 +318,7 @@ class TwinNode(DeclaredNode):
 
         In lockstep a subscription that is new would miss the tick; and a simulation may stand still for long.
         """
-        silent = self._hearing.silent() if self._waits else {}
+        silent = self._hearing.silent() if self._waits and not self._timeless else {}
         self._silent = {topic: age for topic, age in silent.items() if topic not in self._unmatched}
         if isinstance(self._base, SteadyTime) and max(self._silent.values(), default=0.0) > _HEARS_WITHIN:
             self._tell(f'{self._unheard}; subscribed anew')
@@ -322,8 +329,12 @@ class TwinNode(DeclaredNode):
     @property
     def _waits(self) -> bool:
         """Whether no muscle is followed."""
-        now = self._base.now() / SECOND if self._base.collects else time.time()
-        return self._follows_since is None or now - self._then > self._longest_step or bool(self._out_of_step)
+        late = self._seconds() - self._then > self._longest_step
+        return self._follows_since is None or late or bool(self._out_of_step or self._timeless)
+
+    def _seconds(self) -> float:
+        """The time that ticks are heard in, s."""
+        return time.time() if isinstance(self._base, SteadyTime) else self._base.now() / SECOND
 
     @property
     def _unheard(self) -> str:
@@ -370,7 +381,8 @@ class TwinNode(DeclaredNode):
     def _publish_diagnostics(self) -> None:
         twin, difference = self._twin, self._twin.difference
         silent = self._waits
-        reason = '; '.join(filter(None, (*[*self._out_of_step.values()][:1], *self._unmatched.values(), self._unheard)))
+        reasons = self._timeless, *[*self._out_of_step.values()][:1], *self._unmatched.values(), self._unheard
+        reason = '; '.join(filter(None, reasons))
         message = 'waits for a muscle' + (f': {reason}' if reason else '') if silent else twin.state.value
         if difference is not None and not silent:
             message += f': {self._where(difference)}'

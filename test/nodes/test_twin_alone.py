@@ -13,7 +13,9 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 import rclpy
+from rclpy.clock import ClockType
 from rclpy.parameter import Parameter
+from rclpy.time import Time
 from std_msgs.msg import Float64
 
 from tcp_muscle_ros.control.twin import Difference, State
@@ -67,6 +69,18 @@ def test_what_two_models_are_compared_on_can_be_set_while_it_runs(twin):
     (done,) = twin.set_parameters([Parameter('trial_s', value=7.0)])
     assert done.successful
     assert twin._twin.trial == 7.0
+
+
+@pytest.mark.parametrize('twin', [{'use_sim_time': True}], indirect=True)
+def test_where_no_simulated_time_comes_the_twin_says_so_and_where_it_ends_too(twin):
+    said = []
+    twin._diagnostics = SimpleNamespace(publish=said.append)
+    until(lambda: rclpy.spin_once(twin, timeout_sec=0.1) or said)
+    assert said[0].status[0].message == 'waits for a muscle: use_sim_time is true, but no /clock has come'
+    of_simulation = twin.get_clock()
+    for now, why in ((5, ''), (6, ''), (6, ': /clock stands still'), (7, '')):
+        of_simulation.set_ros_time_override(Time(seconds=now, clock_type=ClockType.ROS_TIME))
+        assert message(twin) == f'waits for a muscle{why}'
 
 
 def test_what_comes_after_its_tick_was_taken_loses_nothing(twin):

@@ -38,12 +38,12 @@ class Topic:
 class World:
     """A time that goes on with each look, and the topics of a muscle that publishes at its own."""
 
-    def __init__(self, monkeypatch):
+    def __init__(self, monkeypatch, by=None):
         self.now, self.topics = 1000.0, []
         clock = SimpleNamespace(time=lambda: self.now, monotonic=lambda: self.now)
         monkeypatch.setattr(twin_hearing, 'time', clock, raising=False)
         self.published = set()
-        self.hearing = Hearing(self, self, PERIOD)
+        self.hearing = Hearing(self, self, PERIOD, by and (lambda: by(self.now)))
 
     def subscription(self, kind, topic, take, qos, group):
         self.topics.append(Topic(topic, self))
@@ -100,6 +100,26 @@ def test_times_run_back_only_where_the_clock_does(monkeypatch, set_back):
     back = [after - before for before, after in pairwise(heard) if after < before]
     assert back == ([pytest.approx(PERIOD - set_back)] if set_back else [])
     assert len(heard) == 20
+
+
+@pytest.mark.parametrize('pace', [0.5, 3.0])
+@pytest.mark.parametrize('set_back', [0.0, 20.0])
+def test_ticks_are_of_the_time_that_a_clock_of_another_pace_says(monkeypatch, pace, set_back):
+    """By the system's time a simulation at three times its pace moved a third as much as it did, and so differed."""
+
+    def clock(now):
+        return 100.0 + pace * (now - 1000.0) - set_back * (now >= 1000.0 + 10 * PERIOD)
+
+    world = World(monkeypatch, clock)
+    heard, published = [], [1000.0 + k * PERIOD for k in range(1, 21)]
+    for when in published:
+        world.publishes(when)
+    for k in range(1, 50):
+        world.now = max(world.now, 1000.0 + 0.5 * k * PERIOD)
+        heard += [tick.time for tick in world.hearing.ticks()]
+    # Around the moment at which it is set back none knows what time it was.
+    assert heard[:8] == pytest.approx([clock(when) for when in published[:8]], abs=2e-4)
+    assert heard[-9:] == pytest.approx([clock(when) for when in published[-9:]], abs=2e-4)
 
 
 def test_what_came_before_the_clock_was_set_back_is_not_waited_for(monkeypatch):
