@@ -50,7 +50,8 @@ class _Looks:
 
     def time(self, came: float) -> float:
         """The clock's time at one of the system's."""
-        return float(np.interp(came, *zip(*self._looks, strict=True)))
+        system, clock = np.array(self._looks).T
+        return float(np.interp(came, system, clock))
 
 
 class Hearing:
