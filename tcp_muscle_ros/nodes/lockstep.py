@@ -28,7 +28,7 @@ from std_msgs.msg import Header
 from tcp_muscle_ros.nodes.polled import Polled
 from tcp_muscle_ros.nodes.serialized import StampPublisher
 from tcp_muscle_ros.nodes.ticks import SECOND, RosTime, ScaledTime, TimeBase
-from tcp_muscle_ros.nodes.topics import Topics, name_of, publishers_of
+from tcp_muscle_ros.nodes.topics import REMEMBERED, Topics, name_of, publishers_of
 
 TICK, DONE, CLOCK = '/lockstep/tick', '/lockstep/done', '/clock'
 LOCKSTEP_QOS = QoSProfile(depth=100)  # reliable
@@ -61,6 +61,33 @@ class _Inbox:
         return None if taken is None else (taken[0], taken[1]['source_timestamp'])
 
 
+class _Leaders:
+    """Who publishes ``/clock``: one node may. One that was killed is still believed to be there for a while."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._alone = time.monotonic()  # s: when there was no second one
+        self._told = ''
+
+    def look(self) -> str:
+        """What to say of several; '' where there is one. Asks the graph."""
+        names = publishers_of(self._node, CLOCK) if self._node.count_publishers(CLOCK) > 1 else set[str]()
+        if len(names) < 2:
+            self._alone, self._told = time.monotonic(), ''
+            return ''
+        return f'{CLOCK} is published by {" and by ".join(sorted(names))}: stop all but one, or give each its domain'
+
+    def standing(self) -> str:
+        """The same of those that live, as far as anybody knows; logged once."""
+        told = self.look()
+        if time.monotonic() - self._alone <= REMEMBERED:
+            return ''
+        if told != self._told:
+            self._told = told
+            self._node.get_logger().warning(told)
+        return told
+
+
 class LeadingTime(ScaledTime):
     """Simulated time of a node that publishes ``/clock``, and goes on when its peers have done the present tick.
 
@@ -74,6 +101,7 @@ class LeadingTime(ScaledTime):
     def __init__(self, node: Node, factor: float, expected: int, patience: float) -> None:
         super().__init__(factor)
         self._node, self._expected, self._patience = node, expected, patience
+        self._leaders = _Leaders(node)
         self._done: dict[str, int] = {}  # ns, the last tick that each peer has done
         self._waits: tuple[float, str] | None = None  # since when (s, steady), for whom
 
@@ -135,10 +163,18 @@ class LeadingTime(ScaledTime):
         self._waits = None
 
     def held_up(self) -> str:
-        """For whom, where it is longer than a tick should take; asked by another thread."""
+        """For whom, where it is longer than a tick should take, and who leads beside it; asked by another thread.
+
+        Of two that lead each has its peers answer the other's ticks.
+        """
         since, whom = self._waits or (time.monotonic(), '')
-        waited = time.monotonic() - since
-        return f'lockstep: waiting for {whom} (for {waited:.0f} s)' if waited > _EXPECTED else ''
+        waited, standing = time.monotonic() - since, self._leaders.standing()
+        if waited <= _EXPECTED:
+            return standing
+        waits, others = f'lockstep: waiting for {whom} (for {waited:.0f} s)', standing
+        if not others and (told := self._leaders.look()):
+            others = f'{told}, unless one was killed just now'
+        return f'{waits}; {others}' if others else waits
 
     def forget_who_is_gone(self) -> None:
         """Wait no more for peers that have ended."""
@@ -163,6 +199,7 @@ class FollowingTime(RosTime):
     def __init__(self, node: Node, collect: Callable[[int], None]) -> None:
         super().__init__(node.get_clock())
         self._node, self._collect = node, collect
+        self._leaders = _Leaders(node)
         self._now = 0  # ns; 0: no tick was heard
         self._tick = self._answered = 0
         self._came = self._looked = time.monotonic()
@@ -200,6 +237,10 @@ class FollowingTime(RosTime):
     def stands_still(self) -> bool:
         """Whether nothing was heard of the time for so long that nobody may count on the next tick."""
         return time.monotonic() - self._came > _STALLED if self.collects else super().stands_still()
+
+    def held_up(self) -> str:
+        """Whether several give the time, between which it would go back and forth."""
+        return self._leaders.standing()
 
     def wait(self, until: int, stop: threading.Event) -> None:
         """Return when it is ``until``; see TimeBase."""

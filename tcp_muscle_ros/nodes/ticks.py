@@ -54,7 +54,7 @@ class TimeBase:
         return False
 
     def held_up(self) -> str:
-        """What it has waited for longer than anybody expects; '' where for nothing."""
+        """What it has waited for longer than anybody expects, and what disturbs it; '' where nothing."""
         return ''
 
 

@@ -381,14 +381,15 @@ class TwinNode(DeclaredNode):
     def _publish_diagnostics(self) -> None:
         twin, difference = self._twin, self._twin.difference
         silent = self._waits
-        reasons = self._timeless, *[*self._out_of_step.values()][:1], *self._unmatched.values(), self._unheard
+        worries = [*self._unmatched.values(), *filter(None, (self._base.held_up(),))]
+        reasons = self._timeless, *[*self._out_of_step.values()][:1], *worries, self._unheard
         reason = '; '.join(filter(None, reasons))
         message = 'waits for a muscle' + (f': {reason}' if reason else '') if silent else twin.state.value
         if difference is not None and not silent:
             message += f': {self._where(difference)}'
-        if self._unmatched and not silent:
-            message += '; ' + '; '.join(self._unmatched.values())
-        well = twin.state is State.FOLLOWS and not silent and not self._unmatched
+        if worries and not silent:
+            message += '; ' + '; '.join(worries)
+        well = twin.state is State.FOLLOWS and not silent and not worries
         status = DiagnosticStatus(
             level=DiagnosticStatus.OK if well else DiagnosticStatus.WARN,
             name=self.get_fully_qualified_name(),

@@ -4,12 +4,14 @@ import time
 from itertools import pairwise
 from math import pi
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
@@ -17,9 +19,12 @@ from std_msgs.msg import Float64, Header
 
 from tcp_muscle_ros.control.safety import Safety
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Muscles
+from tcp_muscle_ros.nodes import lockstep
 from tcp_muscle_ros.nodes.controllers import make_controller
+from tcp_muscle_ros.nodes.lockstep import FollowingTime, LeadingTime
 from tcp_muscle_ros.nodes.parameters import read
 from tcp_muscle_ros.nodes.sim_muscle import make_muscle
+from tcp_muscle_ros.nodes.topics import LEASE, REMEMBERED
 from tcp_muscle_ros.settings.operating import CONTROL, SIM
 
 pytestmark = pytest.mark.processes
@@ -186,6 +191,68 @@ def test_a_controller_that_keeps_the_systems_time_is_refused_with_the_reason(ben
     for program in (controller, sim):
         program.kill()
     bench.forget(diagnostics, commands)
+
+
+class Graph:
+    """A node that sees who publishes ``/clock``, and what it logs."""
+
+    def __init__(self, *names):
+        self.names, self.logged = names, []
+
+    def count_publishers(self, _):
+        return len(self.names)
+
+    def get_publishers_info_by_topic(self, topic):
+        assert topic == '/clock'
+        spaces = (name.rpartition('/') for name in self.names)
+        return [SimpleNamespace(node_namespace=space or '/', node_name=name) for space, _, name in spaces]
+
+    def get_logger(self):
+        return SimpleNamespace(warning=self.logged.append)
+
+    def get_clock(self):
+        return Clock(clock_type=ClockType.ROS_TIME)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    made = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(lockstep, 'time', SimpleNamespace(monotonic=lambda: made.now))
+    return made
+
+
+@pytest.mark.parametrize('leads', [True, False])
+def test_two_simulations_that_lead_are_named_once_neither_can_be_one_that_was_killed(clock, leads):
+    graph = Graph('/a/sim_node')
+    base = LeadingTime(graph, 2.0, 0, 10.0) if leads else FollowingTime(graph, None)
+
+    def said(names, *moments):
+        graph.names = names
+        told = []
+        for seconds in moments:
+            clock.now += seconds
+            told.append(base.held_up())
+        return told
+
+    both = '/clock is published by /a/sim_node and by /b/sim_node: stop all but one, or give each its domain'
+    one, two = ('/a/sim_node',), ('/b/sim_node', '/a/sim_node')
+    assert said(one, 1.0, 60.0) == ['', '']
+    assert said(two, 1.0, LEASE) == ['', '']  # one of them was killed
+    assert said(one, 1.0) == ['']
+    assert said(two, 1.0, REMEMBERED, 1.0) == ['', both, both]
+    assert graph.logged == [both]
+    assert said(one, 1.0) == ['']
+    assert said(('/a/sim_node', '/a/sim_node'), 1.0, 60.0) == ['', '']  # which diagnostics say of the name
+
+
+def test_a_simulation_that_waits_names_the_one_that_leads_beside_it(clock):
+    base = LeadingTime(Graph('/a/sim_node', '/b/sim_node'), 2.0, 0, 10.0)
+    base._waits = clock.now, '/a/controller_node'
+    clock.now += 3.0
+    assert base.held_up() == (
+        'lockstep: waiting for /a/controller_node (for 3 s); /clock is published by /a/sim_node and by /b/sim_node: '
+        'stop all but one, or give each its domain, unless one was killed just now'
+    )
 
 
 def test_a_joint_of_two_muscles_turns_the_same_way_each_time(bench):
