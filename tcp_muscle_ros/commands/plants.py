@@ -14,7 +14,7 @@ from zlib import crc32
 
 from tcp_muscle_ros.commands.bag_arguments import other_topics
 from tcp_muscle_ros.commands.exit_codes import INTERRUPTED
-from tcp_muscle_ros.commands.run import play
+from tcp_muscle_ros.commands.run import doubt_of, play
 from tcp_muscle_ros.errors import BadInput
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ class Live:
             ask=None if self.args.yes else input,
             topics=other_topics(self.args),
             known={'protocol': protocol.name},
+            doubt=doubt_of(self.args.params),
             say=self.say,
         )
         if played.interrupted:

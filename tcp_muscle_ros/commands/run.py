@@ -60,6 +60,7 @@ class Admitted(NamedTuple):
     model: Parameters
     output: Path
     limits: RigLimits | None
+    doubt: str
 
 
 def admit(args: argparse.Namespace) -> Admitted:
@@ -76,7 +77,7 @@ def admit(args: argparse.Namespace) -> Admitted:
     refuse_what_no_node_takes(args.protocol, protocol)
     admit_output(output, protocol, resume=args.resume, force=args.force)
     _foreseen(protocol, model, limits, by_person=not args.yes)
-    return Admitted(protocol, model, output, limits)
+    return Admitted(protocol, model, output, limits, doubt_of(args.params))
 
 
 def run(args: argparse.Namespace) -> int:
@@ -84,7 +85,9 @@ def run(args: argparse.Namespace) -> int:
     from tcp_muscle_ros.process.compiling import tell_of_compiling
 
     tell_of_compiling()
-    protocol, model, output, limits = admit(args)
+    protocol, model, output, limits, doubt = admit(args)
+    if doubt:
+        print(f'warning: {doubt}', flush=True)
     played = play(
         protocol,
         model,
@@ -96,8 +99,21 @@ def run(args: argparse.Namespace) -> int:
         force=args.force,
         topics=args.topic,
         known={'protocol': Path(args.protocol).name},
+        doubt=doubt,
     )
     return INTERRUPTED if played.interrupted else DONE
+
+
+def doubt_of(params: str) -> str:
+    """Why the temperatures that a parameter file foretells vouch for nothing, '' where nothing says so. BadInput."""
+    from tcp_muscle_ros.settings.intervals import unfixed
+
+    if not unfixed(params, 'hA'):
+        return ''
+    return (
+        f'{params}: its recordings did not fix hA, so the muscle may become far hotter than this model predicts; ask '
+        f'for no more than they held, or watch a thermometer'
+    )
 
 
 def rig_limits(rig: str | None) -> RigLimits | None:
@@ -128,6 +144,7 @@ def play(
     force: bool = False,
     topics: Sequence[str] = (),
     known: dict[str, object] | None = None,
+    doubt: str = '',
     say: Callable[[str], None] = lambda sentence: print(sentence, flush=True),
 ) -> Outcome:
     """Play a protocol on the muscle that answers under ``namespace`` and record it.
@@ -136,14 +153,13 @@ def play(
         protocol: what is done.
         model: the muscle as it is believed to be: foresees how hot it becomes.
         output: the bag, or the folder of the parts' bags.
-        limits: what the rig can do; the driver's own limits hold beside them.
-        namespace: of the muscle's topics.
+        limits, namespace: what the rig can do, beside the driver's own limits; of the muscle's topics.
         ask: how a person is asked to change the load; None where the rig does it.
         resume: parts that ``OUTPUT.run.json`` calls complete are not played again.
         force: a run that is there already goes once this one is complete.
         topics, known: recorded beside those of the muscle; kept in the bags.
+        doubt: why nobody knows how hot it becomes, '' where the model does.
         say: told of the progress.
-
     Raises BadInput: nothing may be played, or something ended it; the sentence says what and when.
     """
     from tcp_muscle_ros.commands.run_log import RunLog, admit_output
@@ -160,7 +176,7 @@ def play(
     try:
         with _muscle(namespace, protocol.kind, limits, say, topics) as runner:
             refuse_beyond(protocol, model, allowed_by(limits, answer := runner.answer()))
-            say(f'{answer.name or "a muscle"} answers; the model predicts at most {celsius(hottest)}')
+            say(f'{answer.name or "a muscle"} answers; {doubt or f"the model predicts at most {celsius(hottest)}"}')
             asked = [part.number for part in todo if by_person and _needs_person(part, todo, protocol)]
             for part in (part for part in todo if not log.done(part.number)):
                 runner.hang(float(part.load[0]), ask if part.number in asked else None)

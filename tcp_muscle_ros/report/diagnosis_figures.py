@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
+from tcp_muscle_ros.recording.recording import CHANNELS
 from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, SHOWN, shown
 from tcp_muscle_ros.report.style import (
     AFTER,
@@ -227,7 +228,7 @@ def draw_ranking(path: Path, diagnosis: Diagnosis) -> Said | None:
 
 
 def draw_experiment(path: Path, diagnosis: Diagnosis) -> Said | None:
-    """The current and load of the experiment that would decide between two effects."""
+    """The drive and load of the experiment that would decide between two effects."""
     proposal = diagnosis.next_experiment
     if proposal is None:
         return None
@@ -237,19 +238,20 @@ def draw_experiment(path: Path, diagnosis: Diagnosis) -> Said | None:
         levels = [getattr(step, name) for step in proposal.steps]
         axis.step(edges, [*levels, levels[-1]], where='post', color=colour, linewidth=1.6)
         axis.set_ylim(0.0, 1.15 * max(*levels, 1e-9))
-    current.set_ylabel('current (A)')
+    current.set_ylabel(CHANNEL_AXIS[proposal.kind])
     load.set_ylabel('load (N)')
     load.set_xlabel(f'time (s); all of it {proposal.repeat} times' if proposal.repeat > 1 else 'time (s)')
     load.set_xlim(0.0, float(edges[-1]))
     first, second = (plain(name) for name in proposal.separates)
     current.set_title(f'{first} or {second}? It decides with probability {chance(proposal.power)}', fontsize=10)
     save(figure, path)
-    length = proposal.repeat * float(edges[-1])
+    length, unit = proposal.repeat * float(edges[-1]), CHANNELS[proposal.kind].unit
     levels = sorted({step.current for step in proposal.steps})
     loads = ', '.join(f'{load:.2g}' for load in sorted({step.load for step in proposal.steps}))
+    span = f'{proposal.kind}s from {levels[0]:.3g} to {levels[-1]:.3g} {unit}'
     return Said(
-        'The experiment that would decide: current and load over time.',
-        f'{plain(proposal.name)}, {length:.0f} s: currents from {levels[0]:.3g} to {levels[-1]:.3g} A, loads {loads} N',
+        f'The experiment that would decide: {proposal.kind} and load over time.',
+        f'{plain(proposal.name)}, {length:.0f} s: {span}, loads {loads} N',
     )
 
 

@@ -36,7 +36,7 @@ def render_protocol(proposal: Proposal, holding: Holding | None = None) -> str:
     lines = [f'# {line}' for said in head for line in wrap(said, _WIDTH)]
     lines += [
         f'rate_hz: {number_text(proposal.rate)}',
-        'input: current',
+        f'input: {proposal.kind}',
         f'end: {proposal.end}',
         *_end_options(proposal.end, holding),
         *_room(proposal.ambient),

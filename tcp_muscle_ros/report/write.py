@@ -22,9 +22,10 @@ from tcp_muscle_ros.settings.rig import render_rig
 _RIG_HEADING = (
     'What the instruments do, by tcp_muscle diagnose. For --rig, and rig_file of sim_node.\n'
     'The limits are those of the rig that was given by --rig. Without one, loads_n and held_end are what was\n'
-    'recorded, and so is largest_current_a where a current was. All else is usual, and was not measured: check\n'
-    'highest_temperature_c, loads_by and longest_run_s (an hour, or the longest recording where that is longer)\n'
-    'before a protocol is played by them.'
+    'recorded, and so is largest_current_a where a current was; of a power or a voltage it is by the resistance of\n'
+    'improved.yaml. Where next_protocol.yaml needs more, that is added. All else is usual, and was not measured:\n'
+    'check highest_temperature_c, loads_by and longest_run_s (an hour, or the longest recording where that is\n'
+    'longer) before a protocol is played by them.'
 )
 
 

@@ -4,9 +4,9 @@
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
 
 SCHEMA = 'tcp_muscle_ros/calibration-1'
 _DRAWS = 40
+_Told = TypeVar('_Told')
 
 
 def path_beside(parameter_file: str | Path) -> Path:
@@ -24,14 +25,29 @@ def path_beside(parameter_file: str | Path) -> Path:
 
 def variants(parameter_file: str | Path, parameters: Parameters, seed: int = 0) -> Mapping[int, Parameters] | None:
     """Muscles drawn from the intervals beside a parameter file; None where there are none. BadInput: damaged ones."""
+    return _of(parameter_file, lambda content: _drawn(content, parameters, seed), 'replay without a band')
+
+
+def unfixed(parameter_file: str | Path, name: str) -> bool:
+    """Whether the intervals beside a parameter file say that the data did not fix a parameter; False where there are
+    none. BadInput: damaged ones."""
+
+    def told(content: Mapping[str, Any]) -> bool:
+        return any(one['name'] == name and not one['fixed_by_data'] for one in content['parameters'])
+
+    return bool(_of(parameter_file, told, 'take the parameters as they are'))
+
+
+def _of(parameter_file: str | Path, told: Callable[[Mapping[str, Any]], _Told], without: str) -> _Told | None:
+    """What the intervals beside a parameter file tell; None where there are none. ``without``: what is done then."""
     path = path_beside(parameter_file)
     if not path.is_file():
         return None
     try:
         content = json.loads(path.read_text(encoding='utf-8'))
-        return _drawn(content, parameters, seed) if content.get('schema') == SCHEMA else None
+        return told(content) if content.get('schema') == SCHEMA else None
     except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError, np.linalg.LinAlgError):
-        raise BadInput(f'{path}: damaged; calibrate or diagnose again, or remove it to replay without a band') from None
+        raise BadInput(f'{path}: damaged; calibrate or diagnose again, or remove it to {without}') from None
 
 
 def _drawn(content: Mapping[str, Any], parameters: Parameters, seed: int) -> Mapping[int, Parameters]:

@@ -7,8 +7,11 @@ import pytest
 from tcp_muscle_ros.commands import run as command
 from tcp_muscle_ros.commands.run_log import RunLog, admit_output, path_of
 from tcp_muscle_ros.errors import BadInput
+from tcp_muscle_ros.muscle import Parameters
 from tcp_muscle_ros.nodes.runner import Played
 from tcp_muscle_ros.recording.protocol import read_protocol
+from tcp_muscle_ros.settings.intervals import SCHEMA, path_beside
+from tcp_muscle_ros.settings.parameter_file import write
 from tcp_muscle_ros.tool import main
 
 PROTOCOL = 'rate_hz: 20\ninput: current\nsegments:\n  - {duration_s: 5, value: %s, load_n: 0.3}\n'
@@ -165,6 +168,23 @@ def test_where_no_muscle_answers_it_is_said_where_there_are_some(run, tmp_path, 
         del publishers
         node.destroy_node()
         rclpy.shutdown(context=context)
+
+
+@pytest.mark.parametrize(('fixed', 'warned'), [(True, False), (False, True), (None, False)])
+def test_no_temperature_is_vouched_for_that_the_recordings_did_not_fix(
+    run, tmp_path, monkeypatch, capsys, fixed, warned
+):
+    """``fixed``: what the intervals beside the parameter file say of hA; None: there are none."""
+    write(tmp_path / 'improved.yaml', Parameters({'hA': 0.8, 'C': 3.6}))
+    if fixed is not None:
+        told = {'schema': SCHEMA, 'parameters': [{'name': 'hA', 'fixed_by_data': fixed}]}
+        path_beside(tmp_path / 'improved.yaml').write_text(json.dumps(told))
+    monkeypatch.setattr(command, '_runner_class', lambda: Silent(BadInput('under / no muscle answers within 10 s')))
+    assert main(['run', 'protocol.yaml', '--yes', '--output', 'bag', '--params', 'improved.yaml']) == 2
+    said = capsys.readouterr().out
+    assert (
+        'warning: improved.yaml: its recordings did not fix hA, so the muscle may become far hotter' in said
+    ) == warned
 
 
 def test_stopped_before_anything_was_played_no_bag_is_claimed(run, tmp_path, monkeypatch, capsys):

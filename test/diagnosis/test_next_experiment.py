@@ -4,13 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.made import NOMINAL, TRUE, experiment
+import yaml
+from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
+from tcp_muscle_ros.commands.run import allowed_by
+from tcp_muscle_ros.control.playing import refuse_beyond
 from tcp_muscle_ros.diagnosis.answer import next_experiment
+from tcp_muscle_ros.diagnosis.answer.handed_on import limits_seen
 from tcp_muscle_ros.diagnosis.answer.next_experiment import (
     Planned,
     Question,
     Under,
+    allowing,
     experiment_of,
     kept,
     propose,
@@ -19,9 +24,16 @@ from tcp_muscle_ros.diagnosis.answer.next_experiment import (
 from tcp_muscle_ros.diagnosis.answer.protocols import plans, reach
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate, in_turn
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
+from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
+from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, screen, with_effect
 from tcp_muscle_ros.diagnosis.search.refitting import rivals_for, shrink
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, penalised
+from tcp_muscle_ros.muscle import simulate
+from tcp_muscle_ros.recording.protocol import parse_protocol
+from tcp_muscle_ros.recording.yaml_input import Section
+from tcp_muscle_ros.report.protocol_file import render_protocol
 from tcp_muscle_ros.settings.rig import RigLimits
 
 CHANNELS = ['temperature', 'resistance', 'displacement']
@@ -173,3 +185,52 @@ def test_no_plan_is_hotter_than_a_muscle_bears():
     for plan in plans(reach(NOMINAL, 0.5, NOMINAL['T0'])):
         planned = experiment_of(plan, experiment(CHANNELS), NOMINAL['T0'])
         assert planned.outputs(NOMINAL).fibre_temperature.max() < 273.15 + 90.1, plan.name
+
+
+DRIVES = {'current': 0.2, 'power': 0.6, 'voltage': 2.8}  # A, W, V: the muscle becomes some 50 degC hot
+COLD = TRUE.replace({name: 40.0 * TRUE[name] for name in ('hA', 'C', 'B')})  # moves alike, and hardly warms
+
+
+def proposed_to(kind, channels, limits=None):
+    """What is proposed where a fit has the muscle cold, and a delay passes for a lag; and the recordings."""
+    made = [experiment(channels, DRIVES[kind], load, k, kind=kind) for k, load in enumerate((0.4, 0.6))]
+    problem = Problem(tuple(made), COLD, tuple(base_unknowns(made, COLD, {})), quick_noise(made))
+    bare = fit(problem, problem.start(), rounds=0)
+
+    def rival(effect, values):
+        more = with_effect(problem, Candidate(effect, values, 0.0, 0.0))
+        return Rival(effect, fit(more, more.start(), rounds=0), 0.0)
+
+    channel = 3.0 if 'temperature' not in channels else 0.0
+    lag = rival('supply_lag', {'supply_lag.tau': 1.0})
+    skew = rival('clock_skew', {'clock_skew.d': 1.0, 'clock_skew.channel': channel})
+    return propose([lag, skew], bare, 100.0, limits), made
+
+
+def played(found, made):
+    """The protocol as the file says it."""
+    return parse_protocol(Section(yaml.safe_load(render_protocol(found, made[0].holding)), 'next_protocol.yaml'))
+
+
+@pytest.mark.parametrize('kind', DRIVES)
+@pytest.mark.parametrize('limits', [None, RigLimits(0.5, loads=(0.4, 0.6)), RigLimits(0.15, loads=(0.4, 0.6))])
+def test_where_nothing_shows_the_temperature_no_more_is_asked_than_the_muscle_has_borne(kind, limits):
+    """By its fit the muscle would be cold at ten times the drive: it is asked for no more, in the drive that it had."""
+    found, made = proposed_to(kind, ('displacement',), limits)
+    assert found.kind == kind and max(step.current for step in found.steps) <= DRIVES[kind]
+    protocol = played(found, made)
+    at = protocol.sampled()
+    shown = simulate(TRUE, at.time, at.drive, kind=at.kind, load=at.load, ambient=at.ambient)
+    been = max(float(simulate(TRUE, TIME, e.imposed.drive, kind=kind).fibre_temperature.max()) for e in made)
+    assert shown.fibre_temperature.max() - NOMINAL['T0'] < 1.05 * (been - NOMINAL['T0'])
+    # A rig of which nothing is said is handed on with the limits that were seen: by these it may be played.
+    handed_on = limits or allowing(limits_seen(made, COLD), found, made, COLD)
+    refuse_beyond(protocol, COLD, allowed_by(handed_on, None))
+
+
+@pytest.mark.parametrize('kind', DRIVES)
+def test_a_rig_that_is_handed_on_plays_what_is_proposed_also_where_a_thermometer_allows_more(kind):
+    found, made = proposed_to(kind, CHANNELS)
+    assert found.kind == 'current' and max(step.current for step in found.steps) > 0.25
+    handed_on = allowing(limits_seen(made, COLD), found, made, COLD)
+    refuse_beyond(played(found, made), COLD, allowed_by(handed_on, None))

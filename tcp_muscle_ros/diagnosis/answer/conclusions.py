@@ -1,6 +1,7 @@
 """What a selection means: findings with their intervals, where, what remains, the verdict, and the better muscle."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from tcp_muscle_ros.diagnosis.answer.free_curve import found_law
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, handed_on, of_form
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.known import known_of
-from tcp_muscle_ros.diagnosis.answer.next_experiment import LEAST_CHANCE, propose
+from tcp_muscle_ros.diagnosis.answer.next_experiment import LEAST_CHANCE, allowing, propose
 from tcp_muscle_ros.diagnosis.answer.notes import every_note, on_age
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, said_of_runs
@@ -295,6 +296,8 @@ def conclude(
     )
     experiments = selection.final.problem.followed
     (improved, used), ages = handed_on(selection), ages_of(selection.final.problem)
+    if proposal is not None:
+        used = replace(used, limits=allowing(used.limits, proposal, experiments, improved))
     return Diagnosis(
         headline=headline(verdict, findings, location, errors, remains, said_of_runs(runs)),
         verdict=verdict,

@@ -194,7 +194,8 @@ class NotTestable:
 
 @dataclass(frozen=True)
 class Step:
-    """One segment of a proposed protocol: held for ``duration`` s; current in A, load in N."""
+    """One segment of a proposed protocol: held for ``duration`` s; load in N, current in A, or W or V in its place
+    where a power or a voltage is proposed."""
 
     duration: float
     current: float
@@ -205,7 +206,7 @@ class Step:
 class Proposal:
     """The experiment that would decide between two effects, and the probability that it does.
 
-    ``ambient``: the room it was planned for, K; None where that is not known.
+    ``ambient``: the room it was planned for, K; None where that is not known; ``kind``: of its drive.
     """
 
     separates: tuple[str, str]
@@ -217,6 +218,7 @@ class Proposal:
     end: str
     power: float
     ambient: float | None = None
+    kind: str = 'current'
 
     @property
     def duration(self) -> float:

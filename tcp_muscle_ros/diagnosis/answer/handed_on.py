@@ -20,6 +20,7 @@ from tcp_muscle_ros.settings.ages import Age
 from tcp_muscle_ros.settings.rig import BY_EFFECT, Quantity, Rig, RigLimits, from_effects
 
 _HUNG = 12  # different loads, at most
+_STATED = 1e-4  # A
 # Of the logarithm: how far the stiffness of one coil is from that of the next, and how far one that is held may move.
 _COIL_TO_COIL, _HELD = 0.1, 0.01
 _HARDLY = 0.01  # of what is left of a channel: what it hardly knows
@@ -198,7 +199,7 @@ def stated_rig(muscle: Parameters, experiments: Sequence[Experiment]) -> Rig:
 
 def _of(muscle: Parameters, found: Mapping[str, Quantity], experiments: Sequence[Experiment]) -> Rig:
     late = taken_out(muscle, experiments[0].model)[1]
-    return from_effects(found, late.channel if late else '', limits_seen(experiments))
+    return from_effects(found, late.channel if late else '', limits_seen(experiments, muscle))
 
 
 def _stated(muscle: Parameters) -> dict[str, Quantity]:
@@ -214,17 +215,35 @@ def of_instrument(parameter: str) -> bool:
     return parameter in BY_EFFECT or (late is not None and name in late[:2])
 
 
-def limits_seen(experiments: Sequence[Experiment]) -> RigLimits:
-    """The largest current, the loads and the longest run that were seen."""
+def limits_seen(experiments: Sequence[Experiment], muscle: Parameters) -> RigLimits:
+    """The largest current (of a power or a voltage: that in the ``muscle``), the loads and the longest run that were
+    seen."""
     usual = RigLimits()
-    currents = [float(np.max(np.abs(e.imposed.drive))) for e in experiments if e.imposed.kind == 'current']
+    current = max(_largest_current(e, muscle) for e in experiments)
     hanging = [e.imposed.load for e in experiments if e.holding.hangs]
     loads = {round(float(load), 4) for hung in hanging for load in np.unique(hung)}
     if len(loads) > _HUNG:  # a load cell's readings, and no weights that were hung
         loads = {round(float(np.median(hung)), 4) for hung in hanging}
     return RigLimits(
-        largest_current=max(currents) if currents else usual.largest_current,
+        largest_current=current if np.isfinite(current) else usual.largest_current,
         loads=tuple(sorted(loads)),
         held_end=any(e.holding.end == 'blocked' for e in experiments),
         longest_run=max(usual.longest_run, *(e.duration for e in experiments)),
     )
+
+
+def _largest_current(experiment: Experiment, muscle: Parameters) -> float:
+    """A, in one recording; that of another drive rounded up, for it is inferred."""
+    if experiment.imposed.kind == 'current':
+        return largest_drive([experiment], 'current')
+    return rounded_up(float(np.max(experiment.outputs(muscle, only=('current',)).current)))
+
+
+def rounded_up(current: float) -> float:
+    """To 0.1 mA: a limit (A) that what was simulated does not pass."""
+    return round(float(np.ceil(current / _STATED - 1e-6)) * _STATED, 4)
+
+
+def largest_drive(experiments: Sequence[Experiment], kind: str) -> float:
+    """The largest drive of a kind (A, W or V) that was recorded; 0 where none was."""
+    return max((float(np.max(np.abs(e.imposed.drive))) for e in experiments if e.imposed.kind == kind), default=0.0)

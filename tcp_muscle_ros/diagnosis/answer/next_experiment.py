@@ -14,8 +14,9 @@ import numpy as np
 from scipy.stats import norm
 
 from tcp_muscle_ros.diagnosis.answer.findings import Proposal
-from tcp_muscle_ros.diagnosis.answer.handed_on import gone_through, limits_seen
+from tcp_muscle_ros.diagnosis.answer.handed_on import gone_through, largest_drive, rounded_up
 from tcp_muscle_ros.diagnosis.answer.protocols import Plan, Reach, plans, reach, varied
+from tcp_muscle_ros.diagnosis.fitting.anchored import measured
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit, slopes
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem, Shown
@@ -25,7 +26,7 @@ from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.search.rivals import Rival, margin
-from tcp_muscle_ros.muscle import SPECIFICATIONS
+from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.settings.rig import RigLimits
 
@@ -43,11 +44,13 @@ _CLOSER, _ROUNDS = 4, 4  # plans that are looked at more closely, and how often 
 _MEMBERS = 4  # of a set, that are to be told apart
 _ENOUGH = 0.95  # of what all pairs are worth, from which a protocol is taken as it is
 _VARIED = 32  # protocols that are looked at beyond the book
+_ROUNDING = 1e-6
 _WORTH_IT = 1.02  # times the worth of the book's best, for which another is taken
 
 
-def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
-    """The plan as an experiment that observes what was observed before, at 20 Hz; an end that was held is held."""
+def experiment_of(plan: Plan, like: Experiment, ambient: float, kind: str = 'current') -> Experiment:
+    """The plan, of a ``kind`` of drive, as an experiment that observes what was observed before, at 20 Hz; an end that
+    was held is held."""
     steps = plan.steps * plan.repeat
     edges = np.concatenate([[0.0], np.cumsum([s.duration for s in steps])])
     time = np.arange(0.0, edges[-1], 1.0 / _RATE)
@@ -63,7 +66,7 @@ def experiment_of(plan: Plan, like: Experiment, ambient: float) -> Experiment:
         kept &= np.arange(time.size) % max(1, round(time.size / _SAMPLES)) == 0
         if np.any(kept):
             observed[name] = Observed(time[kept], np.zeros(int(kept.sum())), np.ones(int(kept.sum())))
-    imposed = Imposed('current', time, drive, load, np.full(time.size, ambient))
+    imposed = Imposed(kind, time, drive, load, np.full(time.size, ambient))
     return Experiment(plan.name, imposed, holding, observed)
 
 
@@ -146,18 +149,21 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     """
     question = Question(alike[:_MEMBERS], bare, drop)
     first = question.members[0].fit
-    like = next((e for e in first.problem.experiments if e.model.motion in e.observed), first.problem.experiments[0])
+    like = _like(first.problem.experiments)
     ambient = float(first.values.get((AMBIENT, 0), like.imposed.ambient[0]))
     if limits is not None and not limits.held_end:
         like = replace(like, holding=Holding('load', like.holding.starting_load))
-    rig = reach(first.muscle, like.holding.starting_load, ambient, limits, _usual_current(first.problem.experiments))
+    rig = reach(first.muscle, like.holding.starting_load, ambient, limits, *_most(first, like, limits))
     if not like.holding.hangs:
         rig = replace(rig, loads=(rig.base,))  # none hangs there
 
     def planned(plan: Plan) -> Planned:
-        return Planned(plan, experiment_of(plan, like, ambient), question)
+        return Planned(plan, experiment_of(plan, like, ambient, rig.kind), question)
 
     book = [one for one in map(planned, plans(rig)) if one.experiment.observed]
+    if not measured(first):
+        rig = replace(rig, largest=limits.largest_current if limits else rig.largest)
+        book = [one for one in book if _bearable(one, rig, first)]
     promising = sorted(book, key=lambda one: -one.worth)[:_CLOSER]
     if not promising:
         return None
@@ -172,15 +178,54 @@ def propose(alike: Sequence[Rival], bare: Fit, drop: float, limits: RigLimits | 
     names = question.names
     promised = {pair: _HELD * probable for pair, probable in told.items()}
     pair, power = max(promised.items(), key=lambda one: (one[1] >= LEAST_CHANCE, names[0] in one[0], one[1]))
-    return Proposal(pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, like.holding.end, power, ambient)
+    return Proposal(
+        pair, plan.name, plan.reason, plan.steps, plan.repeat, _RATE, like.holding.end, power, ambient, rig.kind
+    )
 
 
-def _usual_current(experiments: Sequence[Experiment]) -> float:
-    """The most (A) that is asked of a rig of which nothing is said: what a driver allows that nobody has set, or what
-    it was seen to give; infinite where it is given a power or a voltage."""
-    if any(e.imposed.kind != 'current' for e in experiments):
-        return float('inf')
-    return max(RigLimits().largest_current, limits_seen(experiments).largest_current)
+def _most(first: Fit, like: Experiment, limits: RigLimits | None) -> tuple[float, str, float]:
+    """The most of which kind of drive (A, W or V) may be asked for, and how hot it may become (K).
+
+    Where nothing showed how hot the muscle was, a fit may have it cold under any drive: then no more of the drive that
+    it was recorded with than it has borne, nor hotter, as the fit has it, than it has been.
+    """
+    experiments = first.problem.experiments
+    if not measured(first):
+        kind = like.imposed.kind
+        hottest = max(float(outputs.fibre_temperature.max()) for outputs in first.outputs)
+        return largest_drive(experiments, kind), kind, hottest
+    # Of a rig of which nothing is said: what a driver allows that nobody has set, or what it was seen to give.
+    unsaid = limits is None and all(e.imposed.kind == 'current' for e in experiments)
+    most = max(RigLimits().largest_current, largest_drive(experiments, 'current')) if unsaid else float('inf')
+    return most, 'current', float('inf')
+
+
+def _like(experiments: Sequence[Experiment]) -> Experiment:
+    """The recording that a further one is like: the first that shows the motion."""
+    return next((e for e in experiments if e.model.motion in e.observed), experiments[0])
+
+
+def allowing(seen: RigLimits, planned: Proposal, experiments: Sequence[Experiment], muscle: Parameters) -> RigLimits:
+    """The limits that were seen of a rig of which nothing is said, and what the experiment needs beside: a rig that is
+    run by them plays it."""
+    like = _like(experiments)
+    ambient = like.imposed.ambient[0] if planned.ambient is None else planned.ambient
+    plan = Plan(planned.name, planned.reason, planned.steps, planned.repeat)
+    outputs = experiment_of(plan, like, float(ambient), planned.kind).outputs(muscle, only=('current',))
+    return replace(
+        seen,
+        largest_current=max(seen.largest_current, rounded_up(float(outputs.current.max()))),
+        loads=tuple(sorted({*seen.loads, *(step.load for step in planned.steps)})) if seen.loads else (),
+        held_end=seen.held_end or planned.end != 'load',
+        longest_run=max(seen.longest_run, planned.duration),
+    )
+
+
+def _bearable(one: Planned, rig: Reach, first: Fit) -> bool:
+    """Whether it makes a muscle no hotter than that may be, with no more current than the rig has."""
+    outputs = one.experiment.outputs(first.muscle)
+    hottest, current = float(outputs.fibre_temperature.max()), float(outputs.current.max())
+    return hottest <= rig.hottest + _ROUNDING and current <= rig.largest * (1.0 + _ROUNDING)
 
 
 def _optimised(best: Planned, planned: Callable[[Plan], Planned], rig: Reach, first: Fit) -> Planned:
@@ -191,8 +236,7 @@ def _optimised(best: Planned, planned: Callable[[Plan], Planned], rig: Reach, fi
         if plan is None:
             continue
         one = planned(plan)
-        hottest = float(one.experiment.outputs(first.muscle).fibre_temperature.max())
-        if hottest <= rig.hottest and one.experiment.observed and one.worth > best.worth:
+        if one.experiment.observed and _bearable(one, rig, first) and one.worth > best.worth:
             best = one
     return best
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import Step
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters, steady_current
+from tcp_muscle_ros.muscle.statics import resistance
 from tcp_muscle_ros.settings.rig import RigLimits
 
 _BEFORE_IT_IS_OVER = 'a delay against a lag: the next edge comes before either is over'
@@ -36,7 +37,8 @@ class Plan:
 
 @dataclass(frozen=True)
 class Reach:
-    """What a rig can do to a muscle: A for the hottest that it may be at steady state, most A, K, N, s."""
+    """What a rig can do to a muscle: the drive for the hottest that it may be at steady state and the most (A, W or V,
+    as ``kind`` says), K, N, s."""
 
     full: float
     most: float
@@ -45,22 +47,40 @@ class Reach:
     base: float  # of the loads, the nearest to the one at hand
     longest: float
     by_person: bool  # who changes the load: not for one step among many, and each load is then played by itself
+    kind: str = 'current'
+    largest: float = float('inf')  # A, that the model may have flow
 
 
 def reach(
-    muscle: Parameters, load: float, ambient: float, limits: RigLimits | None = None, most: float = float('inf')
+    muscle: Parameters,
+    load: float,
+    ambient: float,
+    limits: RigLimits | None = None,
+    most: float = float('inf'),
+    kind: str = 'current',
+    hottest: float = float('inf'),
 ) -> Reach:
-    """Within the rig's limits, where they are known; else no hotter than 90 degC at steady state, no more than twice
-    the load at hand (N) and than ``most`` (A); ``ambient`` K."""
+    """Within the rig's limits, where they are known; else no hotter than 90 degC at steady state, and no more than
+    twice the load at hand (N); no more than ``most`` of a ``kind`` of drive (A, W or V), and no hotter than ``hottest``
+    (K); ``ambient`` K."""
+    bearable = min(_HOTTEST, hottest)
     if limits is None:
-        base, full = max(load, 0.2), min(steady_current(muscle, _HOTTEST, ambient), most)
-        loads = (0.5 * base, base, 2.0 * base)
-        return Reach(full, min(_HALF_THE_TIME * full, most), _HOTTEST, loads, base, _LONGEST, by_person=True)
-    hung = tuple(sorted(limits.loads or (load,)))
-    hottest, largest = min(_HOTTEST, limits.highest_temperature - _MARGIN), limits.largest_current
-    full = min(steady_current(muscle, hottest, ambient), largest)
-    base = min(hung, key=lambda one: abs(one - load))
-    return Reach(full, min(_HALF_THE_TIME * full, largest), hottest, hung, base, limits.longest_run, limits.by_person)
+        base, longest, by_person = max(load, 0.2), _LONGEST, True
+        loads: tuple[float, ...] = (0.5 * base, base, 2.0 * base)
+    else:
+        loads = tuple(sorted(limits.loads or (load,)))
+        base = min(loads, key=lambda one: abs(one - load))
+        longest, by_person = limits.longest_run, limits.by_person
+        bearable = min(bearable, limits.highest_temperature - _MARGIN)
+        most = min(most, _drive(muscle, kind, limits.largest_current, ambient))
+    full = min(_drive(muscle, kind, steady_current(muscle, bearable, ambient), bearable), most)
+    return Reach(full, min(_HALF_THE_TIME * full, most), bearable, loads, base, longest, by_person, kind)
+
+
+def _drive(muscle: Parameters, kind: str, current: float, temperature: float) -> float:
+    """The drive (A, W or V) that is a current (A) in a muscle as hot as that (K)."""
+    ohms = float(resistance(muscle, temperature))
+    return {'current': current, 'power': current**2 * ohms, 'voltage': current * ohms}[kind]
 
 
 def plans(rig: Reach) -> list[Plan]:
@@ -128,7 +148,7 @@ def _rounded(step: Step, rig: Reach) -> Step:
 
 
 def _book(full: float, low: float, base: float, high: float) -> list[Plan]:
-    """The protocols with so much current (A) at steady state, at these loads (N)."""
+    """The protocols with so much drive (A, W or V) at steady state, at these loads (N)."""
 
     def on(duration: float, share: float, force: float = base) -> Step:
         return Step(duration, round(full * share, 4), round(force, 4))

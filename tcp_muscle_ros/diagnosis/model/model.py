@@ -142,6 +142,7 @@ class Model(Protocol):
     all its parameters and those of its effects. ``surroundings``: what is around it. ``state``: the column of what is
     simulated that orders what its laws do, called ``state_title`` (in ``state_unit``) by people; ``gauge``: the channel
     that reads it; ``motion``: the column in which its end moves. ``gain``: the parameter that scales the motion;
+    ``loss``: the one by which a drive moves the state so far and no farther, '' where that is none alone;
     ``capacity``: the one that makes it slow; ``slowness``: the name of the ratio that is its time constant; ``coarse``:
     those whose nominal values may be far off; ``separate``: those that each specimen may have for itself. ``shown_by``:
     the channels that show a stage, where not all do. ``laws``: what a law without a name may depend on.
@@ -159,6 +160,7 @@ class Model(Protocol):
     gauge: ClassVar[str]
     motion: ClassVar[str]
     gain: ClassVar[str]
+    loss: ClassVar[str] = ''
     capacity: ClassVar[str]
     slowness: ClassVar[str]
     coarse: ClassVar[tuple[str, ...]]

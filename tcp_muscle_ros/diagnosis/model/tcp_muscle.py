@@ -84,6 +84,7 @@ class TcpMuscle(Model):
     gauge: ClassVar[str] = 'temperature'
     motion: ClassVar[str] = 'displacement'
     gain: ClassVar[str] = 'B'
+    loss: ClassVar[str] = 'hA'
     capacity: ClassVar[str] = 'C'
     slowness: ClassVar[str] = 'C/hA'
     coarse: ClassVar[tuple[str, ...]] = ('hA', 'C')  # the paper's own hA is off eightfold
