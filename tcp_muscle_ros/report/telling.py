@@ -147,7 +147,8 @@ def telling_driver(diagnosis: Diagnosis) -> str:
     if diagnosis.unexplained is not None:
         # What has no name is shown by what it goes with.
         told.insert(0 if not diagnosis.findings else len(told), diagnosis.unexplained.driver)
-    words = {'time since': 'since_switch', **{name: name for name in DRIVERS}}
+    words = {'time since': 'since_switch', 'share of the range of the displacement': 'displacement'}
+    words |= {name: name for name in DRIVERS}
     for variable in told:
         for word, name in words.items():
             if variable.startswith(word):

@@ -8,16 +8,18 @@ from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.conclusions import likely_to_decide, would_help
 from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, FreeLaw, Proposal, Value
-from tcp_muscle_ros.diagnosis.answer.notes import on_one_load
+from tcp_muscle_ros.diagnosis.answer.notes import on_one_load, on_unanchored
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
+from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
 from tcp_muscle_ros.diagnosis.search.location import locate
 from tcp_muscle_ros.muscle import simulate
 from tcp_muscle_ros.report.terminal import summary
+from tcp_muscle_ros.report.words import range_text
 
 FINDING = Finding('creep', 'mechanical', '', '', {'creep.J': Value(0.3, 0.2, 0.4, '1')}, 0.9, (), {}, 100.0)
 
@@ -52,6 +54,27 @@ def test_the_headline_points_to_where_the_misfit_is_largest_and_not_to_where_the
     assert range_.share == pytest.approx(np.sum(missed[inside] ** 2) / np.sum(missed**2), rel=0.05)
     assert place.phases == ('heating',)
     assert 'while heating, the recorded temperature is on average 0.' in told(place)
+
+
+@pytest.mark.parametrize(('channels', 'known'), [(('displacement',), False), (('displacement', 'temperature'), True)])
+def test_no_temperature_is_named_where_the_recordings_do_not_say_how_hot_the_muscle_was(channels, known):
+    """Forty times the heat exchange, capacity and gain: it moves alike, and hardly warms."""
+    cold = TRUE.replace({name: 40.0 * TRUE[name] for name in ('hA', 'C', 'B')})
+    run = experiment(channels, 0.6, kind='power', muscle=cold)
+    unknowns = [u for u in base_unknowns([run], cold, {}) if u.name in ('hA', 'C', 'B')]
+    fitted = fit(
+        Problem((run,), cold, tuple(unknowns), quick_noise([run])), np.log([cold['hA'], cold['C'], cold['B']]), rounds=0
+    )
+    gone = run.observed['displacement'].value
+    missed = np.where(gone > 0.8 * gone.max(), 1e-3, 1e-5)
+    place = locate(fitted, {'displacement': Structure(Noise(5e-5), 1.0, 100.0, 1, (missed,), True)}, 'displacement')
+    said = told(place)
+    assert ('degC' in said) == known and ('% of the range of the stroke' in said) != known
+    assert bool(on_unanchored(fitted)) != known
+    if not known:
+        (range_, *_) = place.drivers
+        assert 0.7 < range_.low < range_.high <= 1.0
+        assert range_text(range_).startswith('share of the range of the displacement 0.')
 
 
 def test_a_muscle_that_cools_under_a_small_current_is_not_said_to_heat():

@@ -10,6 +10,7 @@ from tcp_muscle_ros.diagnosis.answer.repeating import notes_on_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
 from tcp_muscle_ros.diagnosis.answer.sticking import Rests, said_of
 from tcp_muscle_ros.diagnosis.fitting import draught
+from tcp_muscle_ros.diagnosis.fitting.anchored import anchored
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, STOP
 from tcp_muscle_ros.diagnosis.fitting.warm_start import warm_at_the_start
@@ -38,6 +39,7 @@ def every_note(
         *on_untried(selection, untried),
         *on_kind(selection.final.problem.followed),
         *on_one_load(selection.final.problem.followed),
+        *on_unanchored(selection.best),
         *on_bent_form(selection),
         *on_warm_start(selection.final),
         *on_draught(selection),
@@ -110,6 +112,21 @@ def on_doubtful(selection: Selection) -> tuple[str, ...]:
     return tuple(
         f'{words(d.effect)} was found too, but not surely enough (probability {d.probability:.2f}): it is not named'
         for d in selection.doubtful
+    )
+
+
+def on_unanchored(fitted: Fit) -> tuple[str, ...]:
+    """That the recordings do not say how hot the muscle became, where they do not, and what improved.yaml makes of it.
+
+    It may hardly warm there, and still pass through a stroke."""
+    if anchored(fitted):
+        return ()
+    model = fitted.problem.model
+    hottest = max(float(np.max(getattr(outputs, model.state))) for outputs in fitted.outputs)
+    return (
+        f'the recordings do not fix {model.loss}, so nobody knows how hot the muscle became: improved.yaml has it at '
+        f'{hottest - ZERO_CELSIUS:.0f} degC at most, one of many temperatures that fit; it foretells the '
+        f'{quantity(model.motion)} and no temperature, and no drive may be called safe by it',
     )
 
 

@@ -70,9 +70,16 @@ def nearest_law(law: FreeLaw) -> str:
 def where(location: Location) -> str:
     """The place of the misfit as the beginning of a sentence."""
     driver = location.drivers[0]
-    low, high = driver.low - ZERO_CELSIUS, driver.high - ZERO_CELSIUS
+    if driver.unit:
+        low, high, of_what = driver.low - ZERO_CELSIUS, driver.high - ZERO_CELSIUS, 'degC'
+    else:  # nobody knows how hot it was
+        low, high, of_what = (
+            100.0 * driver.low,
+            100.0 * driver.high,
+            f'% of the range of the {quantity(location.channel)}',
+        )
     decimals = 0 if f'{low:.0f}' != f'{high:.0f}' else 1
-    place = f'Between {low:.{decimals}f} and {high:.{decimals}f} degC'
+    place = f'Between {low:.{decimals}f} and {high:.{decimals}f} {of_what}'
     phase = [p for p in location.phases if p != 'transition']
     doing = {'heating': 'while heating', 'cooling': 'while cooling', 'rest': 'at rest'}
     if phase and len(phase) < 3:

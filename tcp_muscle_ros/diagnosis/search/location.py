@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tcp_muscle_ros.diagnosis.fitting.anchored import anchored
 from tcp_muscle_ros.diagnosis.fitting.generic import Drivers, Structure, drivers
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.noise.noise import slow_size
@@ -23,7 +24,8 @@ _SURE = 3.0  # standard deviations of the mean of so much noise
 
 @dataclass(frozen=True)
 class Driver:
-    """The range of a variable in which the misfit is largest, and the share (0 to 1) of the whole that is in it. SI."""
+    """The range of a variable in which the misfit is largest, and the share (0 to 1) of the whole that is in it. SI;
+    without a unit where it is a channel itself, of the range of which it is a share."""
 
     variable: str
     low: float
@@ -78,7 +80,8 @@ def worst_channel(found: Mapping[str, Structure]) -> str | None:
 
 
 def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str | None = None) -> Location:
-    """Say where one channel's misfit is largest, by phase, temperature and time.
+    """Say where one channel's misfit is largest, by phase, temperature and time; where the recordings do not say how
+    hot it was, by the channel itself in place of the temperature.
 
     Largest in noise units, not where most of its sum is: that is where the muscle was for long.
     """
@@ -91,11 +94,11 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
         seen.append(drivers(problem.followed[k], outputs, problem.experiments[k].observed[channel].time))
     misfit = np.concatenate(smooth)
     energy = misfit**2
-    temperature = np.concatenate([d.level for d in seen])
+    variable, title, unit = _ordering(fitted, channel, owners, seen)
     phases = _phases(seen)
     picked = _strong_phases(phases, energy)
-    low, high, share = _narrowest(temperature, energy, 0.6)
-    inside = (temperature >= low) & (temperature <= high)
+    low, high, share = _narrowest(variable, energy, 0.6)
+    inside = (variable >= low) & (variable <= high)
     if picked:
         inside &= np.logical_or.reduce([phases[p] for p in picked])
     inside = inside if np.any(inside) else np.ones(misfit.size, dtype=bool)
@@ -103,7 +106,7 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
     missed = [fitted.left[k][channel][there] for k, there in zip(owners, kept, strict=True)]
     noise = slow_size(found[channel].noise)
     size, mean = _typical(missed, [noise / problem.experiments[k].observed[channel].beside for k in owners])
-    found_drivers = [Driver(problem.model.state_title, low, high, share, problem.model.state_unit)]
+    found_drivers = [Driver(title, low, high, share, unit)]
     load = np.concatenate([d.load for d in seen])
     if np.ptp(load) > 0.0:
         a, b, part = _narrowest(load, energy, 0.6)
@@ -112,6 +115,17 @@ def locate(fitted: Fit, found: Mapping[str, Structure], channel: str, stage: str
     intervals = _intervals(owners, [problem.experiments[k].observed[channel].time for k in owners], smooth)
     stage = stage or problem.model.channels[channel].stage
     return Location(stage, channel, picked, tuple(found_drivers), intervals, size, mean)
+
+
+def _ordering(fitted: Fit, channel: str, owners: Sequence[int], seen: Sequence[Drivers]) -> tuple[Array, str, str]:
+    """What orders the misfit, its name and its unit: the state, or where no recording anchors that, how far the channel
+    itself has gone."""
+    problem = fitted.problem
+    if anchored(fitted):
+        return np.concatenate([d.level for d in seen]), problem.model.state_title, problem.model.state_unit
+    shown = np.concatenate([problem.experiments[k].observed[channel].value for k in owners])
+    gone = (shown - shown.min()) / max(float(np.ptp(shown)), 1e-300)
+    return gone, f'share of the range of the {channel}', ''
 
 
 def _phases(seen: Sequence[Drivers]) -> dict[str, Mask]:
