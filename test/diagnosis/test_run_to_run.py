@@ -10,21 +10,25 @@ from tcp_muscle_ros.diagnosis.answer.cluster import cluster, one_channel
 from tcp_muscle_ros.diagnosis.answer.conclusions import calibrated_values
 from tcp_muscle_ros.diagnosis.answer.findings import RunToRun
 from tcp_muscle_ros.diagnosis.answer.notes import on_unrepeated
+from tcp_muscle_ros.diagnosis.answer.repeating import beyond_what_differs
 from tcp_muscle_ros.diagnosis.diagnose import diagnose, skipped
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.fitting.run_to_run import allowing, differing
+from tcp_muscle_ros.diagnosis.fitting.weighing import structures
 from tcp_muscle_ros.diagnosis.noise.noise import quick_noise
 from tcp_muscle_ros.diagnosis.noise.repeatability import between_runs
 from tcp_muscle_ros.diagnosis.noise.replicates import protocols
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
 from tcp_muscle_ros.diagnosis.observation.observed import Observed
-from tcp_muscle_ros.diagnosis.search.holdout import Gain
+from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
+from tcp_muscle_ros.diagnosis.search.holdout import Gain, held_out, stretches
 from tcp_muscle_ros.diagnosis.search.location import Unexplained
+from tcp_muscle_ros.diagnosis.search.picking import NOTHING
 from tcp_muscle_ros.diagnosis.search.rivals import Rival
-from tcp_muscle_ros.diagnosis.search.selected import Chosen
-from tcp_muscle_ros.muscle import simulate
+from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
+from tcp_muscle_ros.muscle import SPECIFICATIONS, simulate
 
 TIME = np.arange(0.0, 75.0, 0.5)
 GAINS, COURSE = (0.8, 0.9, 1.15, 1.25), 0.04  # of each run: its gain, and how far its own course goes, of the peak
@@ -120,6 +124,34 @@ def test_what_each_recording_has_for_itself_is_listed_and_the_muscle_has_the_mea
     mean, usual = np.exp(np.mean(np.log(own))), np.exp(np.mean(np.log(GAINS)))
     assert own / mean == pytest.approx(np.array(GAINS) / usual, rel=0.15)
     assert fitted.muscle['B'] == pytest.approx(mean)
+
+
+def skewed(runs, rate):
+    """The runs as a clock shows them that is fast by a rate, and what a search that names it would end with."""
+    made = []
+    for k in runs:
+        (o,) = k.observed.values()
+        late = np.interp(TIME - rate * TIME, o.time, o.value)
+        made.append(replace(k, observed={'displacement': replace(o, value=late)}))
+    bare = calibrate(made, NOMINAL, separate=('B',)).fit
+    usual = {name: row.value for name, row in SPECIFICATIONS.items() if name.startswith('clock_skew.')}
+    usual['clock_skew.channel'] = float(SPECIFICATIONS['clock_skew.channel'].choices.index('displacement'))
+    problem = with_effect(bare.problem, Candidate('clock_skew', usual, 0.0, 0.0))
+    final = fit(problem, np.concatenate([bare.z, problem.start()[bare.z.size :]]), rounds=40)
+    kept_back = stretches(problem)
+    chosen = Chosen('clock_skew', 60.0, Gain(1.0, 0.1, 0.1, 1.0, 1), 0.5, (Rival('clock_skew', final, 0.0),))
+    errors = held_out(bare, kept_back), held_out(final, kept_back)
+    return Selection(bare, final, (chosen,), *errors, {}, structures(final), NOTHING, kept_back=kept_back)
+
+
+@pytest.mark.parametrize(('rate', 'named'), [(0.0, ()), (0.06, ('clock_skew',))])
+def test_a_sensor_is_named_only_where_it_explains_more_than_what_differs_from_run_to_run(specimens, rate, named):
+    selection = skewed(specimens, rate)
+    left = beyond_what_differs(selection, between_runs(specimens))
+    assert tuple(c.effect for c in left.chosen) == named
+    assert left.final is (selection.final if named else selection.calibrated)
+    # Of a channel in which no runs are compared, nothing is known that it has to exceed.
+    assert beyond_what_differs(selection, {}) is selection
 
 
 @pytest.mark.long

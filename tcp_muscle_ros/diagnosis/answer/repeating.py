@@ -77,10 +77,10 @@ def _runs(fitted: Fit, nominal: Parameters, channel: str, several: Sequence[Sequ
 
 
 def beyond_what_differs(selection: Selection, repeated: Mapping[str, Repeatability]) -> Selection:
-    """The selection without the physics that lowers the mean square error on unseen data by less than what runs of one
-    protocol differ by, in the channels in which they do."""
+    """The selection without what lowers the mean square error on unseen data by less than what runs of one protocol
+    differ by, in the channels in which they do: physics and sensors alike."""
     for chosen in sorted(selection.chosen, key=lambda c: c.drop):
-        if chosen.definition.stage == 'sensor' or chosen.effect == selection.final.problem.model.roles.slips:
+        if chosen.effect == selection.final.problem.model.roles.slips:  # they are seen one by one
             continue
         changes = own_improvement(selection, chosen.effect)
         if set(changes) <= set(repeated) and not any(
