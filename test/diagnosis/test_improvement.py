@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
-from tcp_muscle_ros.diagnosis.answer.conclusions import most_missed, stage_of
+from tcp_muscle_ros.diagnosis.answer.conclusions import most_missed, not_testable, stage_of
 from tcp_muscle_ros.diagnosis.answer.findings import Change, Finding, Value
 from tcp_muscle_ros.diagnosis.answer.improvement import certainty, of_samples, own_improvement
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
@@ -15,7 +15,8 @@ from tcp_muscle_ros.diagnosis.fitting.weighing import structures
 from tcp_muscle_ros.diagnosis.observation.blocks import averaged
 from tcp_muscle_ros.diagnosis.search.candidates import Candidate, with_effect
 from tcp_muscle_ros.diagnosis.search.holdout import Gain, held_out, stretches
-from tcp_muscle_ros.diagnosis.search.picking import NOTHING
+from tcp_muscle_ros.diagnosis.search.picking import NOTHING, Picked
+from tcp_muscle_ros.diagnosis.search.rivals import Rival
 from tcp_muscle_ros.diagnosis.search.selected import Chosen, Selection
 from tcp_muscle_ros.muscle import SPECIFICATIONS
 from tcp_muscle_ros.recording.recording import Channel
@@ -50,6 +51,17 @@ def test_each_finding_has_its_own_improvement_in_the_channels_that_it_changes(se
         assert change.after < 0.9 * change.before
     after = selection.after.rmse()
     assert convection['temperature'].after == pytest.approx(after['temperature']), 'with all findings, for each of them'
+
+
+@pytest.mark.parametrize('differ', [False, True])
+def test_what_was_fitted_or_promises_much_is_none_of_what_recordings_could_not_have_shown(selection, differ):
+    ranked = [Candidate('hysteresis', {}, 9.3, 0.1), Candidate('latent_heat', {}, 40.0, 0.1)]
+    picked = Picked(None, (0.0, []), tuple(ranked), {'slack': 50.0}, (Rival('hysteresis', selection.final, 1.0),))
+    found = replace(selection, first=picked, leads=('cte_kink',))
+    why = {n.effect: n.why for n in not_testable(found, {'inertia': 'sampled too slowly'}, differ)}
+    assert not {'hysteresis', 'latent_heat', 'slack', 'cte_kink', *EFFECTS} & set(why)
+    assert why['inertia'] == 'sampled too slowly' and why['contact_resistance'].startswith('a constant resistance')
+    assert ('what runs of one protocol differ by' in why['radiation']) is differ
 
 
 def test_errors_are_of_single_samples_where_samples_were_averaged():

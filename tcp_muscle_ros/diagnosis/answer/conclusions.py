@@ -170,18 +170,31 @@ def _weighed(selection: Selection, chosen: Chosen, values: Mapping[str, Value], 
     return Weighed(chosen.effect, probability(evidence, selection.final.problem.policy.odds), evidence)
 
 
-def _not_testable(selection: Selection, untried: Mapping[str, str]) -> tuple[NotTestable, ...]:
-    found = [NotTestable(name, why) for name, why in untried.items()]
-    chosen = {c.effect for c in selection.chosen}
+def not_testable(selection: Selection, untried: Mapping[str, str], differ: bool = False) -> tuple[NotTestable, ...]:
+    """The effects of which these recordings could not have shown anything, and why; none that was fitted to them, but
+    for the form of one that recordings never show.
+
+    Args:
+        selection: what was found.
+        untried: the effects that were not tried, and why.
+        differ: whether what runs of one protocol differ by was allowed beside the noise.
+    """
+    first, found = selection.first, [NotTestable(name, why) for name, why in untried.items()]
+    named = {c.effect for c in selection.chosen}
+    fitted = {*first.refitted, *selection.leads, *(each.effect for each in selection.doubtful)}
+    lost = 'their noise and what runs of one protocol differ by' if differ else 'their noise'
     weak = (
-        'at plausible strength it would change these recordings by less than their noise once the parameters are '
-        'recalibrated'
+        f'at plausible strength it would change these recordings by less than {lost} once the parameters are '
+        f'recalibrated'
     )
-    if not selection.first.signals:  # the work was done before any was looked at
+    if not first.signals:  # the work was done before any was looked at
         weak = 'it was not tried'
+    # As strong as it promises most, an effect changes them by the root of what it promises.
+    best = {c.effect: float(np.sqrt(max(c.gain, 0.0))) for c in first.ranked}
     for name in LISTED:
-        hidden = EFFECTS[name].hidden
-        if name not in (*untried, *chosen) and (hidden or selection.first.signals.get(name, 0.0) < LEAST_SIGNAL):
+        hidden, signal = EFFECTS[name].hidden, max(first.signals.get(name, 0.0), best.get(name, 0.0))
+        unseen = name not in fitted and signal < LEAST_SIGNAL
+        if name not in (*untried, *named) and (hidden or unseen):  # what is hidden is another form than was fitted
             found.append(NotTestable(name, hidden or weak))
     return tuple(found)
 
@@ -309,7 +322,7 @@ def conclude(
         findings=findings,
         fit=errors,
         ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
-        not_testable=_not_testable(selection, untried),
+        not_testable=not_testable(selection, untried, runs is not None and bool(runs.channel)),
         unexplained=remains,
         doubtful=selection.doubtful,
         next_experiment=proposal,
