@@ -65,7 +65,8 @@ def steps(diagnosis: Diagnosis, asked: Asked | None) -> list[Step]:
         found.append(Step('Find out why runs of one protocol differ: clamps, slack, the room, the specimen.'))
     if diagnosis.verdict == 'unexplained':
         when = 'at the shaded times' if diagnosis.location is not None and diagnosis.location.intervals else 'again'
-        found.append(Step(f'Look at the rig {when}: something acts there that is not a listed effect.'))
+        acts = 'something acts there that is not a listed effect' if diagnosis.tried else 'no listed effect was tried'
+        found.append(Step(f'Look at the rig {when}: {acts}.'))
     if diagnosis.next_experiment is not None:
         found.append(_decide(diagnosis, asked))
     elif diagnosis.would_help:

@@ -13,6 +13,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Finding, Value
+from tcp_muscle_ros.diagnosis.answer.sentences import none_explains
 from tcp_muscle_ros.report.curve import curve_picture
 from tcp_muscle_ros.report.diagnosis_figures import Figure
 from tcp_muscle_ros.report.next_steps import Asked, steps
@@ -180,7 +181,7 @@ def _unexplained(d: Diagnosis) -> str:
     u = d.unexplained
     k, start, end = u.interval
     return (
-        f'No listed effect explains {percent(u.share)} of the misfit of the {u.channel} beyond its noise: '
+        f'{none_explains(d.tried)} {percent(u.share)} of the misfit of the {u.channel} beyond its noise: '
         f'{u.stage} stage, depending on {range_text(u)}, strongest from {start:.0f} s to {end:.0f} s of recording '
         f'{k + 1}.'
     )

@@ -22,6 +22,7 @@ VERDICTS = {
     'unexplained': 'something is missing that no listed effect explains',
     'insufficient_data': 'the recordings do not allow a verdict',
 }
+_NOT_TRIED = 'something is missing, and no listed effect was tried'
 # Where all physics that was found is of the room or the air.
 _SURROUNDINGS = 'the room or the air went its own way, no physics of the muscle is seen to be missing'
 # Units of what a misfit may go with (SI inside); a temperature is absolute unless it is a rate.
@@ -43,6 +44,8 @@ def verdict_words(diagnosis: Diagnosis) -> str:
     physics = [f for f in diagnosis.findings if f.stage != 'sensor']
     if diagnosis.verdict == 'missing_physics' and physics and all(map(of_surroundings, physics)):
         return _SURROUNDINGS
+    if diagnosis.verdict == 'unexplained' and not diagnosis.tried:
+        return _NOT_TRIED
     return VERDICTS[diagnosis.verdict]
 
 

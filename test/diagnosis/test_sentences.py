@@ -7,8 +7,9 @@ import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.conclusions import likely_to_decide, would_help
-from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, FreeLaw, Proposal, Value
+from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, FreeLaw, Proposal, RunToRun, Value
 from tcp_muscle_ros.diagnosis.answer.notes import on_one_load, on_unanchored
+from tcp_muscle_ros.diagnosis.answer.repeating import said_of_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
@@ -16,7 +17,7 @@ from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
 from tcp_muscle_ros.diagnosis.hypothesis.problem import Problem
 from tcp_muscle_ros.diagnosis.hypothesis.unknowns import base_unknowns
 from tcp_muscle_ros.diagnosis.noise.noise import Noise, quick_noise
-from tcp_muscle_ros.diagnosis.search.location import locate
+from tcp_muscle_ros.diagnosis.search.location import Unexplained, locate
 from tcp_muscle_ros.muscle import simulate
 from tcp_muscle_ros.report.terminal import summary
 from tcp_muscle_ros.report.words import range_text
@@ -90,6 +91,21 @@ def test_a_muscle_that_cools_under_a_small_current_is_not_said_to_heat():
 def told(location, **more):
     fits = {'temperature': ChannelFit(1.0, 0.5, 0.1, 0.1, Change(0.6, 0.2))}
     return headline('missing_physics', [FINDING], location, {**fits, **more}, None)
+
+
+@pytest.mark.parametrize(
+    ('tried', 'said', 'not_said'), [(True, 'effect explains', 'was tried'), (False, 'effect was tried on', 'explains')]
+)
+def test_the_headline_says_where_nothing_was_tried(tried, said, not_said):
+    place = located(0.5, 0.3)
+    left = Unexplained('thermal', 'temperature', 0.9, 'temperature', 300.0, 320.0, (0, 1.0, 2.0))
+    runs = RunToRun({'temperature': 0.1}, 'temperature', 0.02, 0.03, 0.1)
+    for told in (
+        headline('unexplained', [], place, {}, left, tried=tried),
+        headline('unexplained', [], None, {}, left, tried=tried),
+        said_of_runs(runs, tried),
+    ):
+        assert f'No listed {said}' in told and not_said not in told
 
 
 def test_what_is_more_likely_absent_than_there_may_be_lacking():

@@ -6,7 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tcp_muscle_ros.diagnosis.answer.notes import on_stops
+from tcp_muscle_ros.diagnosis.answer.notes import led_by_stops, on_stops
+from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
+from tcp_muscle_ros.diagnosis.observation.imposed import Holding, Imposed
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.diagnosis.observation.stopping import stops
 from tcp_muscle_ros.muscle import LISTED, Parameters, simulate
@@ -57,6 +60,26 @@ def test_a_motion_that_runs_into_something_is_stopped_there(noise):
     assert at == pytest.approx(0.163 - 0.135, abs=2e-3)
 
 
+@pytest.mark.parametrize(
+    ('others', 'said'), [(0, ' at 28 mm, such as'), (2, ' at 28 mm in 1 of 3 recordings, such as')]
+)
+def test_the_stop_of_one_run_leads_what_is_said_with_the_length_of_that_run(others, said):
+    hard = NOMINAL.replace({'coil_contact.Hc': 0.135, 'coil_contact.s': 1.0, 'coil_contact.w': 2e-4})
+    free = [recorded(NOMINAL, f'run {k}') for k in range(others)]
+    assert led_by_stops([recorded(NOMINAL, 'free')]) == ''
+    assert led_by_stops([*free, recorded(hard.with_effects('coil_contact'), 'stopped')]).startswith(
+        f'The stroke ends against a stop{said}'
+    )
+
+
+def recorded(p, name):
+    time = np.arange(0.0, 75.0, 0.2)
+    drive = np.where((time >= 10.0) & (time < 40.0), 1.0, 0.0)
+    seen = Observed(time, simulate(p, time, drive, kind='power', load=0.3).displacement, np.ones(time.size))
+    imposed = Imposed('power', time, drive, np.full(time.size, 0.3), np.full(time.size, NOMINAL['T0']))
+    return Experiment(name, imposed, Holding('load', 0.3), {'displacement': seen})
+
+
 def test_a_motion_that_ends_in_one_reading_was_not_seen_to_arrive():
     time = np.arange(0.0, 60.0, 0.2)
     drive = np.where(time >= 10.0, 1.0, 0.0)
@@ -73,6 +96,7 @@ def test_five_runs_of_the_bench_rig_end_against_a_stop_each_at_its_own_length():
         if run.name.startswith('stroke')
     ]
     (said,) = on_stops(runs)
+    assert led_by_stops(runs).startswith('The stroke ends against a stop at 44.4 to 73.5 mm in 5 of ')
     expected = {
         '4W/encoder_4': '73.5 mm',
         '4W/encoder_5': '72.9 mm',

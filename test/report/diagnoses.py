@@ -295,6 +295,7 @@ def unexplained():
         verdict='unexplained',
         location=Location('mechanical', 'displacement', (), (), (), _NAN),
         unexplained=_unexplained(),
+        ranking=(Ranked('radiation', 'thermal', 9.0, True),),
     )
 
 

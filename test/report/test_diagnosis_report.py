@@ -305,6 +305,15 @@ def test_the_page_calls_what_a_law_without_a_name_explains_as_the_terminal_does(
     assert '<h2>Explained by no listed effect, but by that law</h2>' in page and '<h2>Unexplained' not in page
 
 
+def test_what_was_not_tried_is_not_said_to_explain_nothing(made):
+    d = made['unexplained'][0]
+    for tried, said in ((d, 'no listed effect explains'), (replace(d, ranking=()), 'no listed effect was tried')):
+        page, text = render(tried).lower(), ' '.join(summary(tried).split())
+        assert said in page and said in text
+        assert 'no listed effect was tried' not in page + text or not tried.ranking
+    assert 'listed effect explains' not in page + text and 'not a listed effect' not in page
+
+
 def test_rig_yaml_says_which_limits_were_recorded_and_which_are_usual(reports):
     heading = ' '.join((reports / 'match' / 'rig.yaml').read_text().replace('# ', '').split())
     assert 'loads_n and held_end are what was recorded, and so is largest_current_a where a current was' in heading

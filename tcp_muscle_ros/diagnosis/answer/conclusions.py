@@ -22,7 +22,7 @@ from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, handed_on, of_for
 from tcp_muscle_ros.diagnosis.answer.improvement import fits, noises, nominal_predictions, own_improvement
 from tcp_muscle_ros.diagnosis.answer.known import known_of
 from tcp_muscle_ros.diagnosis.answer.next_experiment import LEAST_CHANCE, allowing, propose
-from tcp_muscle_ros.diagnosis.answer.notes import every_note, on_age
+from tcp_muscle_ros.diagnosis.answer.notes import every_note, led_by_stops, on_age
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, said_of_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
@@ -308,11 +308,12 @@ def conclude(
         Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
     )
     experiments = selection.final.problem.followed
+    opening = headline(verdict, findings, location, errors, remains, said_of_runs(runs, bool(ranking)), bool(ranking))
     (improved, used), ages = handed_on(selection), ages_of(selection.final.problem)
     if proposal is not None:
         used = replace(used, limits=allowing(used.limits, proposal, experiments, improved))
     return Diagnosis(
-        headline=headline(verdict, findings, location, errors, remains, said_of_runs(runs)),
+        headline=' '.join(filter(None, [led_by_stops(experiments), opening])),
         verdict=verdict,
         recordings=summaries(experiments),
         noise=noises(selection),

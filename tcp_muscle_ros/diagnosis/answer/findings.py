@@ -313,6 +313,11 @@ class Diagnosis:
     imitated: Imitated | None = None
     known: Known | None = None
 
+    @property
+    def tried(self) -> bool:
+        """Whether any listed effect was."""
+        return bool(self.ranking)
+
 
 def strengths(effect: str, parameters: Mapping[str, Value]) -> list[tuple[Value, float]]:
     """The values by which an effect acts, each with that of no effect.

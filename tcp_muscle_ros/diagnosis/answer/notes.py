@@ -235,7 +235,7 @@ def on_rests(rests_and_jumps: Rests) -> tuple[str, ...]:
 def on_stops(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     """Which contractions end against something, and how far each has come: seen in the recording itself, for a model
     bends to it."""
-    found = {e.name: stop for e in experiments if (stop := stop_of(e))}
+    found = _stops(experiments)
     if not found:
         return ()
     channel = experiments[0].model.motion
@@ -249,6 +249,28 @@ def on_stops(experiments: Sequence[Experiment]) -> tuple[str, ...]:
         f'there without slowing down and then stayed while the heating went on, so a model fitted to these recordings '
         f'bends to the stop',
     )
+
+
+def led_by_stops(experiments: Sequence[Experiment]) -> str:
+    """The stop against which contractions end, as the sentence that comes first: what else is said may come of it. ''
+    where there is none."""
+    found = _stops(experiments)
+    if not found:
+        return ''
+    channel = experiments[0].model.motion
+    shown = experiments[0].model.channels[channel]
+    ends = [at * shown.factor for _, _, at in found.values()]
+    low, high = f'{min(ends):.3g}', f'{max(ends):.3g}'
+    where = f'at {low} {shown.unit}' if low == high else f'at {low} to {high} {shown.unit}'
+    which = f' in {len(found)} of {len(experiments)} recordings' if len(experiments) > 1 else ''
+    return (
+        f'The {quantity(channel)} ends against a stop {where}{which}, such as coils in contact, a rail or a string; '
+        f'a fitted model bends to it, so what else is said may come of it.'
+    )
+
+
+def _stops(experiments: Sequence[Experiment]) -> dict[str, tuple[float, float, float]]:
+    return {e.name: stop for e in experiments if (stop := stop_of(e))}
 
 
 def stop_of(experiment: Experiment) -> tuple[float, float, float] | None:

@@ -7,7 +7,7 @@ import numpy as np
 from tcp_muscle_ros.diagnosis.answer.doubtful import without
 from tcp_muscle_ros.diagnosis.answer.findings import Run, RunToRun
 from tcp_muscle_ros.diagnosis.answer.improvement import own_improvement
-from tcp_muscle_ros.diagnosis.answer.sentences import quantity
+from tcp_muscle_ros.diagnosis.answer.sentences import none_explains, quantity
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Latent
@@ -103,16 +103,16 @@ def left_unexplained(selection: Selection, found: RunToRun | None) -> Unexplaine
     return Unexplained(place.stage, found.channel, share, driver.variable, driver.low, driver.high, place.intervals[0])
 
 
-def said_of_runs(found: RunToRun | None) -> str:
+def said_of_runs(found: RunToRun | None, tried: bool = True) -> str:
     """That the runs are predicted as well as they repeat each other or less well, and by what they differ; '' where
-    they do not."""
+    they do not. ``tried``: whether any effect was."""
     if found is None or not found.channel:
         return ''
     if found.error >= _PLAINLY * found.repeatability:
         return (
             f'The {quantity(found.channel)} is predicted to {100.0 * found.error:.1f} % of its peak, while runs of the '
-            f'same protocol repeat each other to {100.0 * found.repeatability:.1f} %. No listed effect explains the '
-            f'error that they have in common.'
+            f'same protocol repeat each other to {100.0 * found.repeatability:.1f} %. '
+            f'{none_explains(tried)} the error that they have in common.'
         )
     return (
         f'The {quantity(found.channel)} is predicted to {100.0 * found.error:.1f} % of its peak; runs of the same '

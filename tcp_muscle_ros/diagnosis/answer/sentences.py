@@ -107,9 +107,10 @@ def headline(
     fits: Mapping[str, ChannelFit],
     unexplained: Unexplained | None,
     repeats: str = '',
+    tried: bool = True,
 ) -> str:
-    """The one plain sentence that opens the report; ``repeats``: it, where it is about how the runs repeat each
-    other."""
+    """The one plain sentence that opens the report; ``repeats``: it, where it is about how the runs repeat each other;
+    ``tried``: whether any effect was."""
     if verdict == 'match':
         return 'The simulation agrees with the recordings to within their noise.'
     if verdict == 'wrong_parameters':
@@ -123,15 +124,20 @@ def headline(
             return 'The recordings differ from the simulation.'
         return (
             f'After recalibration the simulation still differs in the {unexplained.channel}. Another channel differs '
-            f'at the same times, so it is not noise. No listed effect explains it.'
+            f'at the same times, so it is not noise. {none_explains(tried)} it.'
         )
     opening = f'{where(location)}, {_misfit(location)}.'
     if verdict == 'unexplained' and unexplained is not None:
         return (
-            f'{opening} No listed effect explains it: {100 * unexplained.share:.0f} % of the misfit of the '
+            f'{opening} {none_explains(tried)} it: {100 * unexplained.share:.0f} % of the misfit of the '
             f'{quantity(unexplained.channel)} beyond its noise is unexplained, in the {unexplained.stage} stage.'
         )
     return f'{opening} {_cause(findings, location.stage)}{_better(location.channel, findings, fits)}.'
+
+
+def none_explains(tried: bool) -> str:
+    """That no listed effect explains what is said next, or that none was tried on it."""
+    return 'No listed effect explains' if tried else 'No listed effect was tried on'
 
 
 def _recalibrated(fits: Mapping[str, ChannelFit]) -> str:
