@@ -1,11 +1,11 @@
 """The figures of a diagnosis: what was recorded and what the models make of it, where they differ, what decides.
 
 Each ``draw_*`` writes one PNG and says what it shows, or None where there is nothing to draw. The two models are the
-recalibrated one without and with the findings; where nothing was found, the nominal and the recalibrated one. Series
-are thinned to what a picture can show.
+recalibrated one without and with the findings; where nothing was found, the nominal and the recalibrated one, or this
+alone where something is missed. Series are thinned to what a picture can show.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -32,6 +32,7 @@ from tcp_muscle_ros.report.style import (
 )
 from tcp_muscle_ros.report.telling import (
     DRIVERS,
+    Model,
     compared,
     driver_of,
     last_cycle,
@@ -49,6 +50,7 @@ from tcp_muscle_ros.report.telling import (
 from tcp_muscle_ros.report.words import chance, percent, plain
 
 _MOST_BARS = 12
+_WIDTH = 4.5  # inches, of a panel of one of the models
 # The recording is drawn broad, so that a model that meets it does not hide it.
 _BROAD: dict[str, Any] = {'color': RECORDED, 'linewidth': 2.6, 'alpha': 0.8}
 
@@ -106,13 +108,14 @@ def draw_channels(path: Path, diagnosis: Diagnosis) -> Said | None:
     drive.set_xlim(start, end)
     rows[-1][1].set_xlabel('time (s)')
     save(figure, path)
-    one, two = (model.label for model in models)
-    what = f'Recorded (black), {one} (orange), {two} (blue). Below each channel: recorded minus model'
+    drawn = ', '.join(f'{model.label} ({colour})' for model, colour in zip(models, ('orange', 'blue'), strict=False))
+    what = f'Recorded (black), {drawn}. Below each channel: recorded minus model'
     what += ', twice the noise in grey.' if diagnosis.noise else '.'
     what += f' Shaded: where the {where} is missed most.' if marked else ''
     channels = ', '.join(s.channel for s in series)
     return Said(
-        what, f'{recording_name(diagnosis, k)}, {start:.0f} s to {end:.0f} s: {channels}, recorded and from two models'
+        what,
+        f'{recording_name(diagnosis, k)}, {start:.0f} s to {end:.0f} s: {channels}, recorded and {_names(models)}',
     )
 
 
@@ -128,8 +131,9 @@ def draw_driver(path: Path, diagnosis: Diagnosis) -> Said | None:
     x = np.concatenate([driver_of(s, variable, series) for s, series in series_of(diagnosis, channel)])
     warms = np.concatenate([s.rate > 0.0 for s in mine])
     unit, factor = SHOWN[channel]
-    figure, axes = canvas(1, 2, height=3.6, sharey=True)
-    for axis, model in zip(axes, compared(diagnosis), strict=True):
+    models = compared(diagnosis)
+    figure, axes = canvas(1, len(models), width=_WIDTH * len(models), height=3.6, sharey=True)
+    for axis, model in zip(axes, models, strict=True):
         left = factor * np.concatenate([s.recorded - model.of(s) for s in mine])
         _shade_noise(axis, diagnosis, channel, label='noise')
         for phase, colour, name in ((warms, HEATING, 'warming'), (~warms, COOLING, 'cooling')):
@@ -146,8 +150,7 @@ def draw_driver(path: Path, diagnosis: Diagnosis) -> Said | None:
     save(figure, path)
     goes = DRIVERS[variable].split(' (')[0]
     what = f'Recorded minus model against {goes}, all recordings, warming and cooling apart; lines are means.'
-    one, two = (model.label for model in compared(diagnosis))
-    return Said(what, f'Two scatter plots of what each model leaves of the {channel} against {goes}: {one}, and {two}')
+    return Said(what, f'What is left of the {channel} against {goes}, a scatter plot of each: {_names(models)}')
 
 
 def draw_loop(path: Path, diagnosis: Diagnosis) -> Said | None:
@@ -161,8 +164,9 @@ def draw_loop(path: Path, diagnosis: Diagnosis) -> Said | None:
     last = last_cycle(moved)
     few = last[thin(last.size)]
     unit, factor = SHOWN[moved.channel]
-    figure, axes = canvas(1, 2, height=3.6, sharey=True)
-    for axis, model in zip(axes, compared(diagnosis), strict=True):
+    models = compared(diagnosis)
+    figure, axes = canvas(1, len(models), width=_WIDTH * len(models), height=3.6, sharey=True)
+    for axis, model in zip(axes, models, strict=True):
         left = factor * (moved.recorded - model.of(moved))[few]
         warm = shown('temperature', moved.temperature[few])
         _shade_noise(axis, diagnosis, moved.channel)
@@ -178,7 +182,7 @@ def draw_loop(path: Path, diagnosis: Diagnosis) -> Said | None:
     where = f'the last cycle of {recording_name(diagnosis, telling_recording(diagnosis))}'
     return Said(
         f'Recorded minus model over one cycle ({span}): a loop means memory or a lag, a single curve a wrong law.',
-        f'What each of two models leaves of the {moved.channel} against fibre temperature, over {where}',
+        f'What is left of the {moved.channel} against fibre temperature, over {where}: {_names(models)}',
     )
 
 
@@ -273,6 +277,11 @@ def draw_sticking(path: Path, diagnosis: Diagnosis) -> Said | None:
         'One recorded run and one simulated: the same kind of motion; the instants of the jumps are chance.',
         f'The {run.channel} of {run.name}, recorded, and simulated with stick-slip: both rest and jump',
     )
+
+
+def _names(models: Sequence[Model]) -> str:
+    """What the models are called, in a sentence."""
+    return ' and '.join(model.label for model in models)
 
 
 def _shade_noise(axis: Axes, diagnosis: Diagnosis, channel: str, **options: Any) -> None:

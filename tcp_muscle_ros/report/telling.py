@@ -20,6 +20,7 @@ _CYCLES_SHOWN = 8
 _STEP = 0.15  # of a cycle's stroke between neighbours is a step of the load
 _WARMS = 0.05  # of the largest rate of temperature is no rest
 _GAP = 5.0  # intervals: after a longer pause a line is interrupted
+_MISSED = ('unexplained', 'not_repeatable', 'sensor_or_setup')  # verdicts on what the recalibrated model misses
 Places = NDArray[np.intp]
 
 
@@ -36,16 +37,17 @@ class Model(NamedTuple):
         return values
 
 
-def compared(diagnosis: Diagnosis) -> tuple[Model, Model]:
-    """The two models whose difference is the outcome."""
-    parts = ('before', 'recalibrated'), ('after', 'with the findings')
-    if all(np.array_equal(s.before, s.after) for series in diagnosis.series for s in series):
-        parts = ('nominal', 'nominal'), ('before', 'recalibrated')
-    first, second = (
+def compared(diagnosis: Diagnosis) -> tuple[Model, ...]:
+    """The two models whose difference is the outcome; one alone where what it misses is the outcome: beside another,
+    which misses more, that could not be seen."""
+    parts = [('before', 'recalibrated'), ('after', 'with the findings')]
+    same = all(np.array_equal(s.before, s.after) for series in diagnosis.series for s in series)
+    if not diagnosis.findings or same:
+        parts = parts[:1] if diagnosis.verdict in _MISSED else [('nominal', 'nominal'), *parts[:1]]
+    return tuple(
         Model(part, label, {'color': colour, 'linewidth': 1.1, 'alpha': 0.9})
-        for (part, label), colour in zip(parts, (BEFORE, AFTER), strict=True)
+        for (part, label), colour in zip(parts, (BEFORE, AFTER), strict=False)
     )
-    return first, second
 
 
 def shaded(diagnosis: Diagnosis, k: int) -> list[tuple[float, float]]:

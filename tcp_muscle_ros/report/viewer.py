@@ -1,4 +1,4 @@
-"""What the viewer of a report draws: all recordings, each channel as recorded and from two models, as data in the page.
+"""What the viewer of a report draws: all recordings, each channel as recorded and from the models, as data in the page.
 
 Values are as people read them, in single precision, base64. However many recordings there are, the page stays small:
 long series are thinned, equally.
@@ -17,7 +17,7 @@ from tcp_muscle_ros.report.as_read import CHANNEL_AXIS, SHOWN, shown
 from tcp_muscle_ros.report.telling import compared, shaded, telling_channel, telling_recording, thin
 
 MOST_VALUES = 400_000  # of all series together: 2 MB in the page
-_CURVES = 4  # of a channel: time, recorded, two models
+_CURVES = 4  # of a channel: time, recorded, two models at most
 _LABELS = {**CHANNEL_AXIS, 'displacement': 'stroke: displacement (mm)'}  # both words stand in the page
 
 

@@ -41,9 +41,10 @@ from tcp_muscle_ros.report.diagnosis_figures import draw_all, draw_loop
 from tcp_muscle_ros.report.page import render
 from tcp_muscle_ros.report.protocol_file import render_protocol, write_improved, write_protocol
 from tcp_muscle_ros.report.report_json import as_data, schema
+from tcp_muscle_ros.report.style import PREDICTED
 from tcp_muscle_ros.report.telling import compared, telling_channel, telling_recording, thin
 from tcp_muscle_ros.report.terminal import WIDTH, summary
-from tcp_muscle_ros.report.viewer import embedded
+from tcp_muscle_ros.report.viewer import embedded, viewer_data
 from tcp_muscle_ros.report.write import refuse_report, write_report
 from tcp_muscle_ros.settings.intervals import variants
 from tcp_muscle_ros.settings.parameter_file import read
@@ -425,6 +426,18 @@ def test_figures_speak_of_the_recording_and_channel_that_show_most(made):
     assert [model.part for model in compared(d)] == ['before', 'after']
     assert [model.part for model in compared(made['wrong_parameters'][0])] == ['nominal', 'before']
     assert telling_channel(made['wrong_parameters'][0]) == 'displacement'
+
+
+@pytest.mark.parametrize('verdict', ['unexplained', 'not_repeatable', 'sensor_or_setup'])
+def test_what_is_missed_and_has_no_name_is_drawn_beside_no_model_that_hides_it(made, tmp_path, verdict):
+    d = replace(made['unexplained'][0], verdict=verdict)
+    (model,) = compared(d)
+    assert (model.part, model.look['color']) == ('before', PREDICTED)
+    assert [len(c['models']) for r in viewer_data(d)['recordings'] for c in r['channels']] == [1] * len(d.series[0])
+    for figure in draw_all(tmp_path, d):
+        assert 'nominal' not in figure.said.caption + figure.said.alternative, figure.file
+    page = render(d)
+    assert '</i>recalibrated</span>' in page and '</i>nominal</span>' not in page
 
 
 def test_long_recordings_are_thinned_and_odd_ones_are_drawn(tmp_path):

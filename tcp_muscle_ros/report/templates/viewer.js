@@ -160,7 +160,7 @@
     document.getElementById('shaded').hidden = !marked;
     const text = `Recording ${at + 1} of ${data.recordings.length}, ${recording.name}, ${start.toFixed(1)} s to ${end.toFixed(1)} s: ${names}`;
     told.textContent = `${text}.`;
-    plot.setAttribute('aria-label', `${text}, as recorded, ${data.models.join(' and ')}; below each what the models leave`);
+    plot.setAttribute('aria-label', `${text}, as recorded, ${data.models.join(' and ')}; below each what is left`);
     plot.view = { left: last.left, right: last.right, start, end, height };
     choice.value = String(at);
     small.querySelectorAll('button').forEach((button, k) => button.setAttribute('aria-pressed', String(k === at)));
