@@ -108,6 +108,8 @@ def _note(diagnosis: Diagnosis, muscle: Parameters) -> Callable[[str], str]:
 
     def note(name: str) -> str:
         value = fitted.get(name)
+        if f'{name} [1]' in diagnosis.calibration:  # each recording has its own
+            return f'{SPECIFICATIONS[name].edge_unit}; {SPECIFICATIONS[name].meaning}; mean of the recordings'
         if value is None or SPECIFICATIONS[name].choices:
             return describe(name)
         row = SPECIFICATIONS[name]

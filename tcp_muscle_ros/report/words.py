@@ -7,7 +7,7 @@ from math import isfinite
 
 from tcp_muscle_ros.diagnosis.answer.digits import digits_text, number, value_text
 from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Diagnosis, Finding, Value
-from tcp_muscle_ros.diagnosis.answer.sentences import of_surroundings
+from tcp_muscle_ros.diagnosis.answer.sentences import EVEN, of_surroundings
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, START
 from tcp_muscle_ros.diagnosis.search.location import Driver, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
@@ -21,6 +21,11 @@ VERDICTS = {
     'missing_physics': 'physics is missing from the simulation',
     'unexplained': 'something is missing that no listed effect explains',
     'insufficient_data': 'the recordings do not allow a verdict',
+}
+# Where a verdict is more likely wrong than right.
+_DOUBTFUL = {
+    'sensor_or_setup': 'a sensor or the set-up may differ, not necessarily the muscle',
+    'missing_physics': 'physics may be missing from the simulation',
 }
 _NOT_TRIED = 'something is missing, and no listed effect was tried'
 # Where all physics that was found is of the room or the air.
@@ -46,7 +51,9 @@ def verdict_words(diagnosis: Diagnosis) -> str:
         return _SURROUNDINGS
     if diagnosis.verdict == 'unexplained' and not diagnosis.tried:
         return _NOT_TRIED
-    return VERDICTS[diagnosis.verdict]
+    probability = diagnosis.verdict_probability
+    doubtful = probability is not None and probability < EVEN
+    return _DOUBTFUL.get(diagnosis.verdict, VERDICTS[diagnosis.verdict]) if doubtful else VERDICTS[diagnosis.verdict]
 
 
 def listed(names: Sequence[str]) -> str:
@@ -170,9 +177,7 @@ def left_by_listed(findings: Sequence[Finding]) -> str:
 
 
 def cluster_text(finding: Finding) -> str:
-    """``supply lag 0.54 (electrical), two node 0.31 (thermal)``: causes that look alike; empty where there is one."""
-    if len(finding.cluster) < 2:
-        return ''
+    """``supply lag 0.54 (electrical), two node 0.31 (thermal)``: causes that look alike; empty where there are none."""
     return ', '.join(f'{plain(m.effect)} {number(m.probability, 2)} ({m.stage})' for m in finding.cluster)
 
 

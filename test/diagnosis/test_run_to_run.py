@@ -184,6 +184,7 @@ def test_causes_that_look_alike_share_one_probability_and_one_channel_is_known_a
     assert [(m.effect, m.stage) for m in found] == [('supply_lag', 'electrical'), ('two_node', 'thermal')]
     assert sum(m.probability for m in found) == pytest.approx(1.0) and found[0].probability < 0.8
     assert one_channel(fitted.problem)
+    assert cluster(Chosen('supply_lag', 60.0, gain, 0.5, (rivals[0], rivals[2]))) == (), 'nothing looks alike'
 
 
 def test_that_no_run_repeats_another_is_noted_only_where_something_is_unexplained():

@@ -351,6 +351,23 @@ def test_improved_says_what_it_is_and_how_sure(made, tmp_path):
     assert read(tmp_path / 'improved.yaml').operating == {'load_n': 0.59}
 
 
+def test_a_value_that_each_recording_has_for_itself_is_handed_on_as_their_mean(made, tmp_path):
+    d, _ = made['creep']
+    own = {f'B [{k}]': replace(d.calibration['hA'], value=0.6 + 0.01 * k) for k in (1, 2)}
+    shared = {name: value for name, value in d.calibration.items() if name != 'B'}
+    write_improved(tmp_path / 'improved.yaml', replace(d, calibration={**shared, **own}))
+    (line,) = (line for line in (tmp_path / 'improved.yaml').read_text().splitlines() if ' B: ' in line)
+    assert line.endswith('; mean of the recordings') and 'derived' not in line
+
+
+@pytest.mark.parametrize('verdict', ['missing_physics', 'sensor_or_setup'])
+@pytest.mark.parametrize(('probability', 'sure'), [(0.36, False), (0.7, True), (None, True)])
+def test_a_verdict_that_is_more_likely_wrong_says_may(made, verdict, probability, sure):
+    d = replace(made['match'][0], verdict=verdict, verdict_probability=probability)
+    assert (' may ' in words.verdict_words(d)) is not sure
+    assert words.verdict_words(d) in ' '.join(summary(d).split())
+
+
 def test_an_interval_that_belongs_to_another_value_is_not_written(made, tmp_path):
     d, _ = made['creep']
     far = replace(d, improved=d.improved.replace(hA=2.0 * NOMINAL['hA']))

@@ -12,12 +12,14 @@ _LEAST = 0.02  # a member that is less probable is not told
 
 
 def cluster(chosen: Chosen) -> tuple[Member, ...]:
-    """An effect and what competed for its place, the most probable first."""
+    """An effect and what competed for its place, the most probable first; none where nothing did."""
     kept = [
         (share, r)
         for share, r in zip(chosen.shares, chosen.rivals, strict=True)
         if share >= _LEAST or r.effect == chosen.effect
     ]
+    if len(kept) < 2:
+        return ()
     total = sum(share for share, _ in kept)
     found = [Member(r.effect, r.definition.stage, float(share / total)) for share, r in kept]
     return tuple(sorted(found, key=lambda member: -member.probability))

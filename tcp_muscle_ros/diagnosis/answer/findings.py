@@ -138,7 +138,8 @@ class Finding:
     the others that the data admit as well. ``improvement``: the free-run error on data not used for the fit, by
     channel that it changes: with all other findings but without this one, and with all. ``evidence``: what its
     probability is made from, by term (answer/probability.py). ``cluster``: the causes that compete for its place,
-    itself too; their probabilities add up to one. ``one_channel``: nothing else was recorded, so that no stage is told.
+    itself too; their probabilities add up to one, and empty where none does. ``one_channel``: nothing else was
+    recorded, so that no stage is told.
     """
 
     effect: str

@@ -8,7 +8,7 @@ from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
 
-_EVEN = 0.5  # what is less probable may be
+EVEN = 0.5  # what is less probable may be
 
 
 def words(effect: str) -> str:
@@ -37,7 +37,7 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
             continue
         edge = Value(row.to_edge(v.value), row.to_edge(v.low), row.to_edge(v.high), row.edge_unit)
         shown.append(f'{name} = {value_text(edge)}')
-    say = 'show' if probability >= _EVEN else 'may show'
+    say = 'show' if probability >= EVEN else 'may show'
     sentence = f'The recordings {say} {words(effect)}: {", ".join(shown)}.'
     if includes_nothing(effect, values):
         sentence += ' Its interval includes no effect at all.'
@@ -48,7 +48,7 @@ def finding_sentence(effect: str, values: Mapping[str, Value], others: Sequence[
 
 def free_sentence(effect: str, law: FreeLaw, probability: float = 1.0) -> str:
     """What a law without a name does over its driver, and the listed effects that do not."""
-    does = 'does' if probability >= _EVEN else 'may'
+    does = 'does' if probability >= EVEN else 'may'
     first, last = (float(law.value[k]) for k in (0, -1))
     meaning = next(column.meaning for column in EFFECTS[effect].columns if column.name == 'value')
     sentence = (
@@ -173,8 +173,8 @@ def _cause(findings: Sequence[Finding], stage: str) -> str:
 
 def _said(who: str, does: str, findings: Sequence[Finding]) -> str:
     """What lacks or adds what, with what the data admit in its place. What is more likely absent than there may be."""
-    likely = _joined([f for f in findings if f.probability >= _EVEN])
-    doubtful = _joined([f for f in findings if not f.probability >= _EVEN])
+    likely = _joined([f for f in findings if f.probability >= EVEN])
+    doubtful = _joined([f for f in findings if not f.probability >= EVEN])
     many = who.endswith('s')
     said = [f'{does if many else does + "s"} {likely}'] if likely else []
     said += [f'may {does} {doubtful}'] if doubtful else []
