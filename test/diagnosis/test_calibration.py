@@ -102,6 +102,7 @@ def test_a_stroke_that_fixes_no_parameter_and_moves_plainly_is_not_too_little():
     assert found.verdict == 'unexplained' and found.findings == ()
     assert found.location is not None and found.location.channel == 'displacement'
     assert any('no listed effect was tried' in note for note in found.notes)
+    assert 'No listed effect was tried on it' in found.headline and not found.tried
 
 
 def test_no_load_draws_a_muscle_to_more_than_twice_its_length():
