@@ -90,7 +90,9 @@ def test_strokes_that_stick_and_slip_are_predicted_as_far_as_they_repeat(runs):
     found = diagnose([prepare(runs[n], NOMINAL, most=250) for n in names], NOMINAL)
     assert found.verdict == 'not_repeatable' and found.findings == ()
     assert 'The stroke is predicted to' in found.headline and 'gains differ by a factor' in found.headline
-    assert any('a reading changed suddenly' in note for note in found.notes)
+    assert any('sticks and slips' in note for note in found.notes)
+    assert not any('a reading changed suddenly' in note for note in found.notes)
+    assert found.fit['displacement'].improved <= found.fit['displacement'].calibrated
 
 
 def test_the_table_of_the_document_counts_the_runs_that_stick(runs, monkeypatch):

@@ -12,7 +12,9 @@ import pytest
 from tcp_muscle_ros.diagnosis.answer.notes import on_rests
 from tcp_muscle_ros.diagnosis.answer.sticking import imitated, imitation, rests_of, said_of
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
+from tcp_muscle_ros.diagnosis.fitting.slips import leapt, slipped
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, Signature, alike, signature
+from tcp_muscle_ros.diagnosis.fitting.weighing import settle_noise
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.muscle import Parameters, simulate
@@ -122,6 +124,13 @@ def recorded(displacement: np.ndarray) -> Experiment:
     drive = np.where((TIME > 25.0) & (TIME < 55.0), 1.0, 0.0)
     channels = {'power': (TIME, drive), 'displacement': (TIME, displacement), 'load': (TIME[:1], np.array([0.1]))}
     return prepare(Recording('run', {n: Channel(n, *of, '') for n, of in channels.items()}, 0), NOMINAL)
+
+
+@pytest.mark.parametrize('seed', [0, 6])
+def test_the_jumps_of_an_end_that_sticks_are_neither_slips_nor_leaps(seed):
+    """A fit that copies them from the recording predicts nothing, and leaves a worse muscle."""
+    fitted = settle_noise(calibrate([recorded(stroke(sticking(seed, 0.1)))], NOMINAL).fit)[0]
+    assert leapt(fitted) is None and slipped(fitted) is None
 
 
 def test_what_sticks_is_simulated_with_jumps_and_rests_of_the_same_kind():

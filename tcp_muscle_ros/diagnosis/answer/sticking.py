@@ -11,7 +11,7 @@ import numpy as np
 
 from tcp_muscle_ros.diagnosis.answer.findings import Imitated
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
-from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, Signature, alike, signature
+from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, Signature, alike, seen_beside, signature
 from tcp_muscle_ros.diagnosis.model.model import floating
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, Parameters
@@ -94,7 +94,7 @@ def _signatures(fitted: Fit) -> Iterator[tuple[tuple[int, str], Signature]]:
         for name in floating(experiment.model):
             o = experiment.observed.get(name)
             if o is not None and o.time.size > 2 and float(o.count.max()) == 1.0:
-                yield (k, name), signature(o.time, o.value, o.value - left[name])
+                yield (k, name), seen_beside(o, left[name])
 
 
 def imitated(rests: Rests) -> Imitated | None:

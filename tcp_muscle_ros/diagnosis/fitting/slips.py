@@ -2,7 +2,8 @@
 
 No model foretells the instants, and no smooth one has such steps: they are read from what a fit leaves, as steps beside
 a line, away from the steps of drive and load. Several, all of them lengthening, each at an instant of its own, are
-turns lost; anything else has no name in the catalogue.
+turns lost; anything else has no name in the catalogue. Where an end sticks, its jumps are none of these: they go both
+ways at instants of chance, so a model that copies them from a recording foretells nothing.
 """
 
 from collections.abc import Collection, Sequence
@@ -12,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
+from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, seen_beside
 from tcp_muscle_ros.diagnosis.fitting.weighing import refitted, settle_noise
 from tcp_muscle_ros.diagnosis.hypothesis.latents import Slip
 from tcp_muscle_ros.diagnosis.model.model import floating
@@ -106,14 +108,22 @@ def _less(before: Fit, after: Fit, share: float) -> bool:
 def _found(
     fitted: Fit, clear: float, apart: float, reaches: Sequence[float], channels: Collection[str] | None = None
 ) -> list[list[Slip]]:
-    """The sudden steps in what a fit leaves of these channels, clear of the inputs' own, by recording."""
+    """The sudden steps in what a fit leaves of these channels, clear of the inputs' own, by recording; none where it
+    sticks."""
     problem = fitted.problem
     swings = problem.model.roles.swings in problem.parameters.effects
     found, looked = [], floating(problem.model) if channels is None else channels
     for experiment, latent, mine in zip(problem.followed, problem.latents, fitted.left, strict=True):
         left = {name: mine[name] for name in mine if name in looked}
-        found.append(_steps(experiment, latent.slips, left, clear, apart, reaches, swings))
+        steps = _steps(experiment, latent.slips, left, clear, apart, reaches, swings)
+        stuck = {name for name in {slip.channel for slip in steps} if _sticks(experiment, name, left[name])}
+        found.append([slip for slip in steps if slip.channel not in stuck])
     return found
+
+
+def _sticks(experiment: Experiment, name: str, left: Array) -> bool:
+    """Whether a channel that moves rests and jumps by chance; of averages it is told too, if less surely."""
+    return name in floating(experiment.model) and seen_beside(experiment.observed[name], left).kind == CHANCE
 
 
 def added(fitted: Fit, found: Sequence[Sequence[Slip]]) -> Fit:

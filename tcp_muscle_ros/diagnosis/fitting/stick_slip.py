@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import ks_2samp
 
+from tcp_muscle_ros.diagnosis.observation.observed import Observed
 from tcp_muscle_ros.diagnosis.observation.scatter import quantum, white_sigma
 from tcp_muscle_ros.muscle.arrays import Array
 
@@ -95,6 +96,11 @@ def signature(time: Array, value: Array, predicted: Array) -> Signature:
     moved = float(np.sum(np.abs(np.diff(value[_turns(value, still)])))) or 1.0
     share = min(sum(abs(j.size) for j in jumps if j.released) / moved, 1.0)
     return Signature(_kind(rests, jumps, share, float(np.ptp(value))), tuple(rests), tuple(jumps), still, share)
+
+
+def seen_beside(observed: Observed, left: Array) -> Signature:
+    """Rests and jumps of a channel beside the fit that leaves so much of it (SI, shape as its values)."""
+    return signature(observed.time, observed.value, observed.value - left)
 
 
 def _common_step(value: Array) -> float:
