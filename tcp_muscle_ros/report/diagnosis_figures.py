@@ -265,9 +265,8 @@ def draw_sticking(path: Path, diagnosis: Diagnosis) -> Said | None:
     if run is None:
         return None
     figure, axes = canvas(1, 2, height=3.2, sharey=True)
-    for axis, value, label, colour in zip(
-        axes, (run.recorded, run.simulated), ('recorded', 'simulated with stick_slip'), (RECORDED, AFTER), strict=True
-    ):
+    labels = ('recorded', 'improved.yaml with stick_slip')
+    for axis, value, label, colour in zip(axes, (run.recorded, run.simulated), labels, (RECORDED, AFTER), strict=True):
         axis.step(run.time, shown(run.channel, value), where='post', color=colour, linewidth=1.1)
         axis.set_title(label, fontsize=10)
         axis.set_xlabel('time (s)')
@@ -275,7 +274,7 @@ def draw_sticking(path: Path, diagnosis: Diagnosis) -> Said | None:
     save(figure, path)
     return Said(
         'One recorded run and one simulated: the same kind of motion; the instants of the jumps are chance.',
-        f'The {run.channel} of {run.name}, recorded, and simulated with stick-slip: both rest and jump',
+        f'The {run.channel} of {run.name}, recorded, and of improved.yaml with stick-slip: both rest and jump',
     )
 
 

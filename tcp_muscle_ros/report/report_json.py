@@ -23,9 +23,11 @@ from tcp_muscle_ros.diagnosis.answer.findings import (
     Proposal,
     RecordingSummary,
     Run,
+    Sticking,
     Value,
 )
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
+from tcp_muscle_ros.muscle import SPECIFICATIONS
 from tcp_muscle_ros.report.words import at_edge, driver_range, own_parameters
 
 SCHEMA = 'tcp_muscle_ros/diagnosis-2'
@@ -45,6 +47,7 @@ def as_data(diagnosis: Diagnosis) -> dict[str, Any]:
             'noise': d.noise,
             'repeatability': {name: d.repeatability.get(name) for name in d.noise},
             'runs': [_run(r) for r in d.runs],
+            'sticking': d.sticking and _sticking(d.sticking),
             'verdict': d.verdict,
             'verdict_probability': d.verdict_probability,
             'calibration': {name: _value(at_edge(name, v)) for name, v in {**d.calibration, **d.sensors}.items()},
@@ -100,6 +103,18 @@ def _run(r: Run) -> dict[str, object]:
         'gain': r.gain,
         'time_constant_s': r.time_constant,
         'rmse_of_peak': r.error,
+    }
+
+
+def _sticking(s: Sticking) -> dict[str, object]:
+    return {
+        'channel': s.channel,
+        'recordings': s.recordings,
+        'rests_s': s.rests,
+        'jumps': s.jumps,
+        'parameters': {name: {'value': v, 'unit': SPECIFICATIONS[name].unit} for name, v in s.values.items()},
+        'alike_jumps': s.alike_jumps,
+        'alike_rests': s.alike_rests,
     }
 
 

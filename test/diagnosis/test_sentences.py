@@ -7,10 +7,19 @@ import pytest
 from diagnosis.made import NOMINAL, TIME, TRUE, experiment
 
 from tcp_muscle_ros.diagnosis.answer.conclusions import likely_to_decide, would_help
-from tcp_muscle_ros.diagnosis.answer.findings import Change, ChannelFit, Finding, FreeLaw, Proposal, RunToRun, Value
+from tcp_muscle_ros.diagnosis.answer.findings import (
+    Change,
+    ChannelFit,
+    Finding,
+    FreeLaw,
+    Proposal,
+    RunToRun,
+    Sticking,
+    Value,
+)
 from tcp_muscle_ros.diagnosis.answer.notes import on_one_load, on_unanchored
 from tcp_muscle_ros.diagnosis.answer.repeating import said_of_runs
-from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
+from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline, with_sticking
 from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.generic import Structure
 from tcp_muscle_ros.diagnosis.fitting.least_squares import fit
@@ -273,3 +282,10 @@ def test_that_one_load_was_hung_is_noted(seen, loads, said):
         assert 'one recording under another load would tell' in told[0]
         result = diagnose(runs, NOMINAL)
         assert told[0] in result.notes and told[0] in ' '.join(summary(result).split())
+
+
+def test_a_motion_that_sticks_is_named_once_in_the_first_sentence():
+    sticks = Sticking('displacement', ('a', 'b'), 3, (0.4, 7.2), (3e-4, 2e-3))
+    said = with_sticking('It is so.', sticks)
+    assert said.startswith('It is so. The stroke sticks and slips in 2 of 3 recordings;')
+    assert with_sticking(said, sticks) == said and with_sticking('It is so.', None) == 'It is so.'

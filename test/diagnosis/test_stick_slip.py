@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tcp_muscle_ros.diagnosis.answer.notes import on_rests
-from tcp_muscle_ros.diagnosis.answer.sticking import imitated, imitation, rests_of, said_of
+from tcp_muscle_ros.diagnosis.answer.sticking import imitated, imitation, rests_of, said_of, stuck
 from tcp_muscle_ros.diagnosis.fitting.calibration import calibrate
 from tcp_muscle_ros.diagnosis.fitting.slips import leapt, slipped
 from tcp_muscle_ros.diagnosis.fitting.stick_slip import CHANCE, Signature, alike, signature
@@ -147,15 +147,36 @@ def test_what_sticks_is_simulated_with_jumps_and_rests_of_the_same_kind():
 def test_rests_are_seen_beside_a_model_that_rests_itself():
     """Friction that was found rests too, and would explain away that the recording sticks and slips."""
     smooth = calibrate([recorded(stroke(sticking(3)))], NOMINAL).fit
-    resting = SimpleNamespace(problem=smooth.problem, left=[{'displacement': np.zeros(TIME.size)}])
+    resting = SimpleNamespace(
+        problem=smooth.problem, left=[{'displacement': np.zeros(TIME.size)}], muscle=smooth.muscle
+    )
     assert on_rests(rests_of(resting)) == ()
     rests = rests_of(resting, smooth)
     (told,) = on_rests(rests)
     assert 'the stroke sticks and slips in 1 of 1 recordings' in told
-    assert 'a simulation with stick_slip.Fb ' in told
+    assert 'a simulation of improved.yaml with stick_slip.Fb ' in told
+    assert rests.told.recordings == ('run',) and rests.told.values == rests.like.values
     beside = imitated(rests)
     assert np.array_equal(beside.recorded, stroke(sticking(3))) and beside.time[0] == 0.0
     jumps = [np.count_nonzero(np.abs(np.diff(run)) > 5e-4) for run in (beside.recorded, beside.simulated)]
     assert 0.4 < jumps[1] / jumps[0] < 2.5
     plain = calibrate([recorded(stroke(NOMINAL))], NOMINAL).fit
     assert imitated(rests_of(plain, plain)) is None
+
+
+@pytest.mark.parametrize('stiffer', [0.5, 2.0])
+def test_what_is_said_of_sticking_is_of_the_muscle_that_is_handed_on(stiffer):
+    """The values go into its file: the pull that makes the same jumps of a stiffer one is larger."""
+    smooth = calibrate([recorded(stroke(sticking(3)))], NOMINAL).fit
+    handed = smooth.muscle.replace(k0=stiffer * smooth.muscle['k0'])
+    plain, rests = rests_of(smooth), rests_of(smooth, smooth, handed)
+    assert (rests.like.values['stick_slip.Fb'] > plain.like.values['stick_slip.Fb']) == (stiffer > 1.0)
+    assert rests.like.jumps > 0.01
+    alone = smooth.problem.experiments[0].predict(stuck(handed, rests.like, 0))['displacement']
+    assert np.ptp(imitated(rests).simulated - alone) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_muscle_that_hardly_moves_is_said_to_stick_like_none():
+    runs, found = [recorded(stroke(sticking(3)))], [shown(sticking(3))]
+    assert imitation(runs, NOMINAL, found) is not None
+    assert imitation(runs, NOMINAL.replace(B=NOMINAL['B'] * 1e-4), found) is None

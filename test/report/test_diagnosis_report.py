@@ -25,7 +25,7 @@ from report.diagnoses import (
 )
 from report.html_page import Page
 
-from tcp_muscle_ros.diagnosis.answer.findings import VERDICTS, Imitated, Value
+from tcp_muscle_ros.diagnosis.answer.findings import VERDICTS, Imitated, Sticking, Value
 from tcp_muscle_ros.diagnosis.answer.issues import with_faults
 from tcp_muscle_ros.diagnosis.answer.replaying import replay
 from tcp_muscle_ros.diagnosis.fitting.calibration import Estimate, Known
@@ -569,3 +569,17 @@ def test_a_run_that_sticks_is_shown_beside_a_simulated_one(tmp_path):
     assert (tmp_path / 'sticking.png').exists() and 'sticking.png' not in {f.file for f in draw_all(tmp_path, d)}
     page = render(replace(d, imitated=run), drawn, tmp_path)
     assert 'One recorded run and one simulated: the same kind of motion' in page
+
+
+@pytest.mark.parametrize('values', [{}, {'stick_slip.Fb': 0.01, 'stick_slip.s': 0.86}])
+def test_that_a_run_sticks_is_data(values):
+    d, _ = match()
+    assert as_data(d)['sticking'] is None
+    alike = (0.5, 0.1) if values else (None, None)
+    content = as_data(
+        replace(d, sticking=Sticking('displacement', ('run_1',), 3, (0.4, 7.2), (3e-4, 2e-3), values, *alike))
+    )
+    jsonschema.validate(content, schema())
+    found = content['sticking']
+    assert {name: p['value'] for name, p in found['parameters'].items()} == values
+    assert (found['recordings'], found['rests_s'], found['alike_rests']) == (['run_1'], [0.4, 7.2], alike[1])

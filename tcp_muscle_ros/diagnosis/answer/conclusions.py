@@ -25,7 +25,7 @@ from tcp_muscle_ros.diagnosis.answer.next_experiment import LEAST_CHANCE, allowi
 from tcp_muscle_ros.diagnosis.answer.notes import every_note, led_by_stops, on_age
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, said_of_runs
-from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline
+from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline, with_sticking
 from tcp_muscle_ros.diagnosis.answer.sticking import imitated, rests_of
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
@@ -295,7 +295,8 @@ def conclude(
     remains = left_unexplained(selection, runs)
     findings = _findings(selection, remains)
     location = _location(selection, findings, remains)
-    rests = rests_of(selection.final, selection.calibrated)
+    (improved, used), ages = handed_on(selection), ages_of(selection.final.problem)
+    rests = rests_of(selection.final, selection.calibrated, improved)
     errors = fits(selection, nominal)
     policy = selection.final.problem.policy
     wrong = _parameters_wrong(selection, nominal) and any(
@@ -309,11 +310,10 @@ def conclude(
     )
     experiments = selection.final.problem.followed
     opening = headline(verdict, findings, location, errors, remains, said_of_runs(runs, bool(ranking)), bool(ranking))
-    (improved, used), ages = handed_on(selection), ages_of(selection.final.problem)
     if proposal is not None:
         used = replace(used, limits=allowing(used.limits, proposal, experiments, improved))
     return Diagnosis(
-        headline=' '.join(filter(None, [led_by_stops(experiments), opening])),
+        headline=' '.join(filter(None, [led_by_stops(experiments), with_sticking(opening, rests.told)])),
         verdict=verdict,
         recordings=summaries(experiments),
         noise=noises(selection),
@@ -340,6 +340,7 @@ def conclude(
         repeatability={name: runs.sizes.get(name) if runs else None for name in selection.structure_after},
         runs=runs.runs if runs else (),
         would_help=would_help(findings, proposal, experiments),
+        sticking=rests.told,
         imitated=imitated(rests),
         known=known_of(selection, improved),
     )

@@ -256,9 +256,28 @@ class Series:
 
 
 @dataclass(frozen=True)
+class Sticking:
+    """That a ``channel`` sticks and slips, in some of the ``seen`` recordings that show it (``recordings``: their
+    names): how long most ``rests`` are (s, from, to), and how large most ``jumps`` (SI).
+
+    ``values``: of the effect's parameters, with which the improved muscle sticks as they do; empty where none are
+    known. ``alike_jumps``, ``alike_rests``: the probability that what is simulated with them differs so much by chance.
+    """
+
+    channel: str
+    recordings: tuple[str, ...]
+    seen: int
+    rests: tuple[float, float]
+    jumps: tuple[float, float]
+    values: Mapping[str, float] = field(default_factory=dict)
+    alike_jumps: float | None = None
+    alike_rests: float | None = None
+
+
+@dataclass(frozen=True)
 class Imitated:
-    """A recording (its ``name``) that sticks and slips, and one simulation that does, at ``time`` (s): ``recorded`` and
-    ``simulated`` (SI, shape (n,)) of a ``channel``."""
+    """A recording (its ``name``) that sticks and slips, and one simulation of the improved muscle that does, at
+    ``time`` (s): ``recorded`` and ``simulated`` (SI, shape (n,)) of a ``channel``."""
 
     name: str
     channel: str
@@ -279,6 +298,7 @@ class Diagnosis:
     ``repeatability``: by channel what runs of one protocol do not share (SI), None where there are no replicates.
     ``runs``: what each has for itself where they differ.
     ``doubtful``: effects that were found and are not named, for they are not probable enough.
+    ``sticking``: that the motion sticks and slips, None where it does not.
     ``imitated``: the recording that sticks and slips most beside a simulation that does, None where none does.
     ``would_help``: what to record so that an undecided question can be decided, where no planned experiment would.
     """
@@ -311,6 +331,7 @@ class Diagnosis:
     verdict_probability: float | None = None
     would_help: tuple[str, ...] = ()
     doubtful: tuple[Weighed, ...] = ()
+    sticking: Sticking | None = None
     imitated: Imitated | None = None
     known: Known | None = None
 

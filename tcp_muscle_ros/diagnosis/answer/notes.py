@@ -8,7 +8,7 @@ from tcp_muscle_ros.diagnosis.answer.findings import RunToRun
 from tcp_muscle_ros.diagnosis.answer.in_words import driver_of
 from tcp_muscle_ros.diagnosis.answer.repeating import notes_on_runs
 from tcp_muscle_ros.diagnosis.answer.sentences import amount, quantity, words
-from tcp_muscle_ros.diagnosis.answer.sticking import Rests, said_of
+from tcp_muscle_ros.diagnosis.answer.sticking import Rests, mostly, said_of
 from tcp_muscle_ros.diagnosis.fitting import draught
 from tcp_muscle_ros.diagnosis.fitting.anchored import anchored
 from tcp_muscle_ros.diagnosis.fitting.least_squares import Fit
@@ -215,8 +215,8 @@ def on_rests(rests_and_jumps: Rests) -> tuple[str, ...]:
         if found:
             rests = np.concatenate([s.durations() for s in found])
             jumps = np.concatenate([s.sizes() for s in found])
-            low, high = (amount(channel, float(np.quantile(jumps, q))) for q in (0.1, 0.9))
-            short, long = np.quantile(rests, (0.1, 0.9))
+            low, high = (amount(channel, size) for size in mostly(jumps))
+            short, long = mostly(rests)
             like = said_of(rests_and_jumps.like) if channel == mine[0][0].model.motion else ''
             said.append(
                 f'the {quantity(channel)} sticks and slips in {len(found)} of {len(mine)} recordings: {rests.size} '

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from tcp_muscle_ros.diagnosis.answer.digits import value_text
-from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, FreeLaw, Value, includes_nothing
+from tcp_muscle_ros.diagnosis.answer.findings import ChannelFit, Finding, FreeLaw, Sticking, Value, includes_nothing
 from tcp_muscle_ros.diagnosis.model.tcp_muscle import TCP_MUSCLE
 from tcp_muscle_ros.diagnosis.search.location import Location, Unexplained
 from tcp_muscle_ros.muscle import EFFECTS, SPECIFICATIONS, ZERO_CELSIUS
@@ -138,6 +138,17 @@ def headline(
 def none_explains(tried: bool) -> str:
     """That no listed effect explains what is said next, or that none was tried on it."""
     return 'No listed effect explains' if tried else 'No listed effect was tried on'
+
+
+def with_sticking(said: str, sticking: Sticking | None) -> str:
+    """The sentence that opens the report, and that the motion sticks and slips, unless it says so already."""
+    if sticking is None:
+        return said
+    also = (
+        f'The {quantity(sticking.channel)} sticks and slips in {len(sticking.recordings)} of {sticking.seen} '
+        f'recordings; its jumps are chance, and no model predicts them.'
+    )
+    return said if said.endswith(also) else f'{said} {also}'
 
 
 def _recalibrated(fits: Mapping[str, ChannelFit]) -> str:
