@@ -282,6 +282,15 @@ def _location(selection: Selection, findings: Sequence[Finding], remains: Unexpl
     return locate(selection.calibrated, before, channel, stage)
 
 
+def _ranking(selection: Selection) -> tuple[Ranked, ...]:
+    """What each effect that was tried first promised, or gained, the best first."""
+    refitted = selection.first.refitted
+    found = [
+        Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
+    ]
+    return tuple(sorted(found, key=lambda r: -r.gain))
+
+
 def conclude(
     selection: Selection,
     nominal: Parameters,
@@ -304,10 +313,7 @@ def conclude(
     )
     verdict = _verdict(findings, remains, runs is not None and bool(runs.channel), wrong)
     proposal = likely_to_decide(_proposal(selection, rig.limits if rig else None))
-    refitted = selection.first.refitted
-    ranking = tuple(
-        Ranked(c.effect, c.stage, refitted.get(c.effect, c.gain), c.effect in refitted) for c in selection.first.ranked
-    )
+    ranking = _ranking(selection)
     experiments = selection.final.problem.followed
     opening = headline(verdict, findings, location, errors, remains, said_of_runs(runs, bool(ranking)), bool(ranking))
     if proposal is not None:
@@ -322,7 +328,7 @@ def conclude(
         location=location if verdict not in ('match', 'wrong_parameters', 'not_repeatable') else None,
         findings=findings,
         fit=errors,
-        ranking=tuple(sorted(ranking, key=lambda r: -r.gain)),
+        ranking=ranking,
         not_testable=not_testable(selection, untried, runs is not None and bool(runs.channel)),
         unexplained=remains,
         doubtful=selection.doubtful,
