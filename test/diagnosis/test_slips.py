@@ -97,6 +97,14 @@ def test_one_knock_and_a_sensor_that_jumps_both_ways_are_no_slips_but_leaps_with
     assert sorted(-slip.size for slip in found) == pytest.approx(sorted(sizes), abs=0.05e-3)
 
 
+def test_what_leaps_back_again_and_again_is_no_change_for_good_that_a_model_might_copy(calibrated):
+    instants, _ = calm(calibrated)
+    sizes = (-0.5e-3, 0.5e-3, -0.4e-3, 0.45e-3)
+    assert len(instants) >= len(sizes)
+    assert leapt(stepped(calibrated, list(zip(instants, sizes, strict=False)))) is None
+    assert leapt(stepped(calibrated, list(zip(instants, np.abs(sizes), strict=False)))) is not None
+
+
 def test_a_wire_that_cracks_leaps_in_its_resistance(calibrated):
     _, steps = calm(calibrated)
     found = leapt(stepped(calibrated, [(float(steps[2]) + 12.0, 0.5)], 'resistance'))

@@ -29,6 +29,7 @@ _SEVERAL, _OTHERWISE = 2, 0.2  # slips that make an effect; and the share of ste
 _OWN = 1.0  # s from those of other recordings
 _LESS = 0.9  # of what is left (squared) without them
 _CLEARLY, _FAR_LESS = 8.0, 0.7  # for what has no name
+_AGAIN, _LEFT = 4, 0.25  # leaps; and the share of them that is left where they go and come back
 _STEP = 0.05  # of an input's span
 _RINGS = 5.0  # s after a step of the load
 _APART, _APART_BESIDE = 1.0, 0.25  # s between a slip and a step of drive or load; and beside other slips
@@ -58,7 +59,7 @@ def slipped(fitted: Fit) -> Fit | None:
 def leapt(fitted: Fit) -> Fit | None:
     """The same fit with the changes for good that it leaves, or None where it shows none."""
     found = _found(fitted, _CLEARLY, _APART, (_REACH,), fitted.mean_square)
-    if not any(found):
+    if not any(found) or _comes_back(found):
         return None
     better = added(fitted, found)
     if not _less(refitted(fitted, fitted.problem), better, _FAR_LESS):
@@ -66,6 +67,14 @@ def leapt(fitted: Fit) -> Fit | None:
     for _ in range(_ROUNDS):
         better = _with(better, _sized(better))
     return settle_noise(better, 1)[0]
+
+
+def _comes_back(found: Sequence[Sequence[Slip]]) -> bool:
+    """Whether what leaps leaps back, again and again: no change for good, but a law that has such steps."""
+    sizes = [np.array([slip.size for slip in mine]) for mine in found if mine]
+    return sum(mine.size for mine in sizes) >= _AGAIN and all(
+        abs(np.sum(mine)) < _LEFT * np.sum(np.abs(mine)) for mine in sizes
+    )
 
 
 def further(fitted: Fit) -> Fit:
