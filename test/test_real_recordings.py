@@ -84,15 +84,14 @@ def test_no_circumstance_is_named_on_the_public_rigs(runs):
 
 
 @pytest.mark.long
-def test_strokes_that_stick_and_slip_are_predicted_as_far_as_they_repeat(runs):
-    """Five strokes of tens of millimetres: nothing is named, and how the runs differ is said."""
+def test_strokes_that_stick_and_slip_are_predicted_without_their_jumps(runs):
+    """Five strokes of tens of millimetres: nothing is named, how the runs differ is said, and no jump is copied."""
     names = ('stroke_1W_2', 'stroke_1W_3', 'stroke_3W_2a', 'stroke_4W_5', 'stroke_4W_6')
     found = diagnose([prepare(runs[n], NOMINAL, most=250) for n in names], NOMINAL)
-    assert found.verdict == 'not_repeatable' and found.findings == ()
-    assert 'The stroke is predicted to' in found.headline and 'gains differ by a factor' in found.headline
-    assert any('sticks and slips' in note for note in found.notes)
+    assert found.verdict in ('not_repeatable', 'unexplained') and found.findings == ()
+    assert any('runs of one protocol differ in the stroke' in note for note in found.notes)
     assert not any('a reading changed suddenly' in note for note in found.notes)
-    assert found.fit['displacement'].improved <= found.fit['displacement'].calibrated
+    assert found.fit['displacement'].improved == pytest.approx(found.fit['displacement'].calibrated)
 
 
 def test_the_table_of_the_document_counts_the_runs_that_stick(runs, monkeypatch):
