@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from diagnosis.made import NOISE, NOMINAL, TIME, TRUE, experiment
-from report.diagnoses import match
+from report.diagnoses import match, unexplained
 
 from tcp_muscle_ros.diagnosis.answer.handed_on import ages_of, foretelling, handed_on
 from tcp_muscle_ros.diagnosis.answer.improved import with_replay
@@ -61,6 +61,16 @@ def test_recordings_that_begin_at_the_same_instant_are_each_replayed_as_old_as_t
     ages = tuple(Age(UNDATED_NS, values, run.end, run.fingerprint) for values, run in zip(used, runs, strict=True))
     diagnosis = replace(match()[0], improved=old.replace({'resistance_drift.w0': 900.0}), ages=ages)
     assert with_replay(diagnosis, runs, {}).fit['resistance'].improved == pytest.approx(NOISE['resistance'], rel=0.1)
+
+
+@pytest.mark.parametrize('tried', [True, False])
+def test_what_leads_and_that_nothing_was_tried_is_said_of_the_errors_of_a_replay_too(tried):
+    seen, found = experiment(('resistance',), muscle=TRUE), unexplained()[0]
+    shown = {'current': seen.imposed.drive, 'resistance': seen.observed['resistance'].value}
+    run = Recording('csv', {n: Channel(n, TIME, value, n) for n, value in shown.items()}, UNDATED_NS, {'load_n': 0.588})
+    found = replace(found, stopped='It ends.', location=None, headline='', ranking=found.ranking if tried else ())
+    said = with_replay(found, [run], {}).headline
+    assert said.startswith('It ends. After recalibration') and ('No listed effect was tried on it' in said) is not tried
 
 
 def test_a_lag_of_the_thermometer_goes_to_the_rig_and_not_to_the_muscle():

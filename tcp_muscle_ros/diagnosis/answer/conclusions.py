@@ -25,7 +25,7 @@ from tcp_muscle_ros.diagnosis.answer.next_experiment import LEAST_CHANCE, allowi
 from tcp_muscle_ros.diagnosis.answer.notes import every_note, led_by_stops, on_age
 from tcp_muscle_ros.diagnosis.answer.probability import of_verdict, probability, terms
 from tcp_muscle_ros.diagnosis.answer.repeating import left_unexplained, said_of_runs
-from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline, with_sticking
+from tcp_muscle_ros.diagnosis.answer.sentences import finding_sentence, free_sentence, headline, led_by, with_sticking
 from tcp_muscle_ros.diagnosis.answer.sticking import imitated, rests_of
 from tcp_muscle_ros.diagnosis.fitting import slips
 from tcp_muscle_ros.diagnosis.fitting.calibration import unit_of
@@ -313,13 +313,13 @@ def conclude(
     )
     verdict = _verdict(findings, remains, runs is not None and bool(runs.channel), wrong)
     proposal = likely_to_decide(_proposal(selection, rig.limits if rig else None))
-    ranking = _ranking(selection)
-    experiments = selection.final.problem.followed
+    ranking, experiments = _ranking(selection), selection.final.problem.followed
+    stopped = led_by_stops(experiments)
     opening = headline(verdict, findings, location, errors, remains, said_of_runs(runs, bool(ranking)), bool(ranking))
     if proposal is not None:
         used = replace(used, limits=allowing(used.limits, proposal, experiments, improved))
     return Diagnosis(
-        headline=' '.join(filter(None, [led_by_stops(experiments), with_sticking(opening, rests.told)])),
+        headline=led_by(stopped, with_sticking(opening, rests.told)),
         verdict=verdict,
         recordings=summaries(experiments),
         noise=noises(selection),
@@ -347,6 +347,7 @@ def conclude(
         runs=runs.runs if runs else (),
         would_help=would_help(findings, proposal, experiments),
         sticking=rests.told,
+        stopped=stopped,
         imitated=imitated(rests),
         known=known_of(selection, improved),
     )

@@ -299,6 +299,7 @@ class Diagnosis:
     ``runs``: what each has for itself where they differ.
     ``doubtful``: effects that were found and are not named, for they are not probable enough.
     ``sticking``: that the motion sticks and slips, None where it does not.
+    ``stopped``: the sentence that leads where contractions end against a stop, else ''.
     ``imitated``: the recording that sticks and slips most beside a simulation that does, None where none does.
     ``would_help``: what to record so that an undecided question can be decided, where no planned experiment would.
     """
@@ -332,6 +333,7 @@ class Diagnosis:
     would_help: tuple[str, ...] = ()
     doubtful: tuple[Weighed, ...] = ()
     sticking: Sticking | None = None
+    stopped: str = ''
     imitated: Imitated | None = None
     known: Known | None = None
 

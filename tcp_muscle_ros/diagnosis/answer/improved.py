@@ -6,7 +6,7 @@ from statistics import median
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis
 from tcp_muscle_ros.diagnosis.answer.replaying import FAR, Own, ReplayedErrors
-from tcp_muscle_ros.diagnosis.answer.sentences import headline, with_sticking
+from tcp_muscle_ros.diagnosis.answer.sentences import headline, led_by, with_sticking
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT
 from tcp_muscle_ros.diagnosis.observation.observe import conditions
 from tcp_muscle_ros.muscle import ZERO_CELSIUS, Parameters
@@ -61,7 +61,8 @@ def with_replay(diagnosis: Diagnosis, recordings: list[Recording], operating: Ma
         for name, f in d.fit.items()
         if name in after
     }
-    said = with_sticking(headline(d.verdict, d.findings, d.location, fit, d.unexplained, d.headline), d.sticking)
+    opening = headline(d.verdict, d.findings, d.location, fit, d.unexplained, d.headline, d.tried)
+    said = led_by(d.stopped, with_sticking(opening, d.sticking))
     farthest = max(strayed, key=lambda own: abs(own.strayed), default=None)
     beside = (f'the nominal errors: {farthest.warning}',) if farthest else ()
     return replace(d, fit=fit, headline=said, notes=(*d.notes, *beside))

@@ -135,6 +135,11 @@ def headline(
     return f'{opening} {_cause(findings, location.stage)}{_better(location.channel, findings, fits)}.'
 
 
+def led_by(first: str, said: str) -> str:
+    """What is said, after a sentence that comes first, unless it begins so already."""
+    return said if said.startswith(first) else f'{first} {said}'
+
+
 def none_explains(tried: bool) -> str:
     """That no listed effect explains what is said next, or that none was tried on it."""
     return 'No listed effect explains' if tried else 'No listed effect was tried on'
