@@ -149,9 +149,9 @@ class LeadingTime(ScaledTime):
             pass
         begun = time.monotonic()
         while not stop.is_set() and (late := [name for name, done in self._done.items() if done != tick]):
-            if self._hear(_SLICE):
-                continue
             self._waits = begun, ', '.join(late)
+            if self._hear(_SLICE):  # also of another's ticks, where two lead
+                continue
             self.forget_who_is_gone()
             if time.monotonic() - begun > self._patience:
                 for name in late:

@@ -1,5 +1,6 @@
 """Lockstep over DDS: a simulation as fast as it goes, and nodes that keep its time, tick by tick."""
 
+import threading
 import time
 from itertools import pairwise
 from math import pi
@@ -10,6 +11,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
@@ -245,11 +247,21 @@ def test_two_simulations_that_lead_are_named_once_neither_can_be_one_that_was_ki
     assert said(('/a/sim_node', '/a/sim_node'), 1.0, 60.0) == ['', '']  # which diagnostics say of the name
 
 
-def test_a_simulation_that_waits_names_the_one_that_leads_beside_it(clock):
-    base = LeadingTime(Graph('/a/sim_node', '/b/sim_node'), 2.0, 0, 10.0)
-    base._waits = clock.now, '/a/controller_node'
-    clock.now += 3.0
-    assert base.held_up() == (
+def test_a_simulation_whose_peer_answers_the_ticks_of_another_says_for_whom_it_waits_and_who_leads_too(clock):
+    base, stop, told = LeadingTime(Graph('/a/sim_node', '/b/sim_node'), 2.0, 0, 10.0), threading.Event(), []
+
+    def answer(_):
+        """One every second, of a tick of the other's."""
+        clock.now += 1.0
+        told.append(base.held_up())
+        if len(told) == 4:
+            stop.set()
+        return (Header(frame_id='/a/controller_node', stamp=Time(sec=9)), 0) if len(told) != 1 else None
+
+    base._inbox = SimpleNamespace(next=answer)
+    base._done = {'/a/controller_node': 0}
+    base._wait_for_peers(PERIOD, stop)
+    assert told[-1] == (
         'lockstep: waiting for /a/controller_node (for 3 s); /clock is published by /a/sim_node and by /b/sim_node: '
         'stop all but one, or give each its domain, unless one was killed just now'
     )
