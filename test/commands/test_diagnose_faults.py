@@ -65,7 +65,9 @@ def test_what_the_line_said_mends_it(diagnose):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('missing', bags.CHANNELS)
+@pytest.mark.parametrize(
+    'missing', [pytest.param(c, marks=pytest.mark.long if c == 'temperature' else ()) for c in bags.CHANNELS]
+)
 def test_one_channel_less_is_no_other_verdict(diagnose, missing):
     code, report = diagnose(bags.without(missing)(*bags.sound()))
     assert code == 0

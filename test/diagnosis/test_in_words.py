@@ -170,9 +170,9 @@ def test_a_law_of_no_form_is_a_curve_and_no_words():
     [
         ('square', 'soft', 1, ('square', 'power')),
         ('threshold', 'loss', 1, ('threshold',)),
-        ('threshold', 'capacity', 2, ('threshold',)),
-        ('exponential', 'soft', 1, ('exponential',)),
-        ('saturation', 'capacity', 1, ('saturation',)),
+        pytest.param('threshold', 'capacity', 2, ('threshold',), marks=pytest.mark.long),
+        pytest.param('exponential', 'soft', 1, ('exponential',), marks=pytest.mark.long),
+        pytest.param('saturation', 'capacity', 1, ('saturation',), marks=pytest.mark.long),
     ],
 )
 def test_a_law_that_was_written_elsewhere_is_said_in_its_form(tmp_path, form, table, seed, said):
