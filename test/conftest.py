@@ -1,6 +1,7 @@
 """What every test shares."""
 
 import os
+import signal
 
 from tcp_muscle_ros.process.threads import one_of_linear_algebra
 
@@ -10,6 +11,8 @@ import domains  # noqa: E402
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
+# A shell without job control starts what runs behind it deaf to Ctrl-C, which the tests and their processes hear.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ.update(domains.ALONE, ROS_DOMAIN_ID=str(domains.take()))
 
 # A property is about values; how long one takes depends on what numba still has to compile and on who else computes.
