@@ -17,7 +17,7 @@ from tcp_muscle_ros.diagnosis.diagnose import diagnose
 from tcp_muscle_ros.diagnosis.fitting.calibration import Calibration, Estimate, calibrate
 from tcp_muscle_ros.diagnosis.noise.repeatability import Repeatability, between_runs
 from tcp_muscle_ros.diagnosis.observation.experiment import Experiment
-from tcp_muscle_ros.muscle import Parameters
+from tcp_muscle_ros.muscle import SPECIFICATIONS, Parameters
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.report.words import chance, error_text, percent, plain, probability_text, range_text, told_apart
 
@@ -102,8 +102,9 @@ def unseen_errors(runs: Sequence[Experiment], muscle: Parameters) -> tuple[float
 
 
 def heated(muscle: Parameters, change: float) -> Parameters:
-    """The muscle with another heat exchange, by a logarithm."""
-    return muscle.replace(hA=float(muscle['hA'] * np.exp(change)))
+    """The muscle with another heat exchange, by a logarithm, as far as it goes."""
+    row = SPECIFICATIONS['hA']
+    return muscle.replace(hA=float(np.clip(muscle['hA'] * np.exp(change), row.low, row.high)))
 
 
 def missed(run: Experiment, muscle: Parameters) -> float:

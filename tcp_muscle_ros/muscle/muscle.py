@@ -44,6 +44,10 @@ class Reading(NamedTuple):
 _COLUMNS = tuple(name for name in Reading._fields if name != 'velocity')  # as the stepper shows them
 
 
+class NoMuscle(BadInput):
+    """Parameters that no muscle has: at rest there is nothing of it to hold."""
+
+
 @dataclass(frozen=True)
 class Outputs:
     """A simulated recording: arrays of shape (n,), named and in units as in Reading."""
@@ -62,6 +66,13 @@ class Outputs:
     slack: NDArray[np.bool_]
     heated: float
     lost: float
+
+    @classmethod
+    def unknown(cls, time: Array) -> 'Outputs':
+        """What nobody knows, at these instants: no number."""
+        columns = {name: np.full(time.size, np.nan) for name in _COLUMNS}
+        no = np.zeros(time.size, dtype=np.bool_)
+        return cls(time=time, **columns | {'in_domain': no, 'slack': no}, heated=np.nan, lost=np.nan)
 
     def between(self, kept: slice) -> 'Outputs':
         """Some of the instants; ``heated`` and ``lost`` stay those of all."""
@@ -186,6 +197,8 @@ class Muscle:
             self.imposed[at.IN_COMPLIANCE] = compliance
             self.imposed[at.IN_WALL] = held_length - spring_rest_length if held_length else rest + load * compliance
             if self.imposed[at.IN_WALL] <= 0.0:
+                if not held_length:
+                    raise NoMuscle(f'at T0, under {load:g} N, it is {rest:g} m long: no muscle has these parameters')
                 raise BadInput(
                     f'held_length = {held_length:g} m leaves no room for the muscle beside the spring '
                     f'(spring_rest_length = {spring_rest_length:g} m)'

@@ -12,6 +12,7 @@ from tcp_muscle_ros.diagnosis.observation.prepare import prepare
 from tcp_muscle_ros.diagnosis.observation.quotient import beside
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import Parameters, simulate
+from tcp_muscle_ros.muscle.free_basis import basis
 from tcp_muscle_ros.recording.leaps import DAY_NS
 from tcp_muscle_ros.recording.plausibility import not_across
 from tcp_muscle_ros.recording.recording import UNDATED_NS, Channel, Recording
@@ -291,6 +292,17 @@ def test_a_load_that_is_stated_of_a_held_muscle_is_what_it_started_from():
     assert (experiment.holding.end, experiment.holding.starting_load) == ('blocked', 0.6)
     assert 'force' in experiment.observed
     assert not any('no load' in note for note in experiment.notes)
+
+
+def test_where_a_fit_looks_at_a_muscle_that_cannot_be_it_sees_no_number_and_goes_on():
+    """Blocked force tells little of what is held: a law was tried that shortens it by more than there is."""
+    force = simulate(NOMINAL, TIME, CURRENT, load=0.6, end='blocked').force
+    held = prepare(recording({'load_n': 0.6}, current=(TIME, CURRENT), force=(TIME, force)), NOMINAL)
+    nothing = basis('free_stroke', 0.0, 2.0, 'force', 2).on(NOMINAL, [-0.2, -0.2])
+    shown = held.predict(nothing)['force']
+    assert shown.shape == held.observed['force'].value.shape
+    assert np.all(np.isnan(shown))
+    assert np.all(np.isfinite(held.predict(NOMINAL)['force']))
 
 
 def test_a_held_muscle_of_which_no_load_is_stated_started_from_the_tension_at_rest():

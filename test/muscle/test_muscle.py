@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from tcp_muscle_ros.errors import BadInput
 from tcp_muscle_ros.muscle import ENDS, KINDS, ZERO_CELSIUS, Muscle, Parameters, Reading, simulate
 from tcp_muscle_ros.muscle import muscle as module
+from tcp_muscle_ros.muscle.free_basis import basis
 
 A = Parameters.named('karami_tadesse_2017')
 NAN, INF = float('nan'), float('inf')
+NOTHING = basis('free_stroke', 0.0, 2.0, 'force', 2).on(A, [-0.2, -0.2])  # shortens by more than there is
 OPTIONS = {'load': {}, 'blocked': {'end': 'blocked'}, 'spring': {'end': 'spring', 'spring_rate': 60.0}}
 
 rng = np.random.default_rng(20170102)
@@ -193,6 +195,7 @@ def test_a_recording_names_the_column_that_is_not_finite(argument, value):
             'spring_rate_n_per_m is 0.0: a muscle held by a spring needs a rate above 0 N/m',
         ),
         (lambda: Muscle(A, end='spring', spring_rate=9.0, held_length=0.1, spring_rest_length=0.2), 'leaves no room'),
+        (lambda: Muscle(NOTHING, end='blocked', load=0.3), 'no muscle has these parameters'),
         (lambda: Muscle(A).step(0.01, 0.1, 'curent'), "unknown input 'curent'; did you mean 'current'?"),
         (lambda: Muscle(A).step(0.0, 0.1), 'dt = 0.0 s: expected a finite number above 0'),
         (lambda: Muscle(A).step(-0.1, 0.1), 'dt = -0.1 s'),

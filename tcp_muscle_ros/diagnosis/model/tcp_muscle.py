@@ -14,6 +14,7 @@ from tcp_muscle_ros.diagnosis.model.model import Channel, Dependence, Model, Rat
 from tcp_muscle_ros.diagnosis.model.unknown import AMBIENT, LOG_SPREAD, START, Unknown
 from tcp_muscle_ros.muscle import EFFECTS, LISTED, SPECIFICATIONS, Effect, Muscle, Outputs, Parameters, follow, length
 from tcp_muscle_ros.muscle.arrays import Array
+from tcp_muscle_ros.muscle.muscle import NoMuscle
 from tcp_muscle_ros.muscle.parameter import ZERO_CELSIUS, Parameter
 from tcp_muscle_ros.muscle.stepping import SUBSTEP
 from tcp_muscle_ros.muscle.table import INDEX
@@ -119,16 +120,19 @@ class TcpMuscle(Model):
         read)."""
         imposed, holding = recorded.imposed, recorded.holding
         schedule = imposed.schedule if ambient is None or ambient is imposed.ambient else imposed.schedule.at(ambient)
-        muscle = Muscle(
-            parameters,
-            end=holding.end,
-            load=holding.starting_load,
-            held_length=holding.held_length,
-            spring_rate=holding.spring_rate,
-            spring_rest_length=holding.spring_rest_length,
-            ambient=float(schedule.ambient[0]),
-            temperature=start,
-        )
+        try:
+            muscle = Muscle(
+                parameters,
+                end=holding.end,
+                load=holding.starting_load,
+                held_length=holding.held_length,
+                spring_rate=holding.spring_rate,
+                spring_rest_length=holding.spring_rest_length,
+                ambient=float(schedule.ambient[0]),
+                temperature=start,
+            )
+        except NoMuscle:  # where a fit looks too far
+            return Outputs.unknown(schedule.time)
         hottest = _hottest(recorded)
         return follow(muscle, schedule, kind=imposed.kind, resolution=resolution, hottest=hottest, only=only)
 
