@@ -27,8 +27,8 @@ from std_msgs.msg import Header
 
 from tcp_muscle_ros.nodes.polled import Polled
 from tcp_muscle_ros.nodes.serialized import StampPublisher
-from tcp_muscle_ros.nodes.ticks import SECOND, RosTime, ScaledTime, TimeBase
-from tcp_muscle_ros.nodes.topics import REMEMBERED, Topics, name_of, publishers_of
+from tcp_muscle_ros.nodes.ticks import NO_CLOCK, SECOND, STANDS_STILL, RosTime, ScaledTime, TimeBase
+from tcp_muscle_ros.nodes.topics import REMEMBERED, Topics, name_of, published_by, publishers_of
 
 TICK, DONE, CLOCK = '/lockstep/tick', '/lockstep/done', '/clock'
 LOCKSTEP_QOS = QoSProfile(depth=100)  # reliable
@@ -75,7 +75,7 @@ class _Leaders:
         if len(names) < 2:
             self._alone, self._told = time.monotonic(), ''
             return ''
-        return f'{CLOCK} is published by {" and by ".join(sorted(names))}: stop all but one, or give each its domain'
+        return f'{published_by(CLOCK, names)}: stop all but one, or give each its domain'
 
     def standing(self) -> str:
         """The same of those that live, as far as anybody knows; logged once."""
@@ -274,8 +274,8 @@ def timeless(base: TimeBase) -> str:
     if not isinstance(base, RosTime):
         return ''
     if base.now() == 0:
-        return 'use_sim_time is true, but no /clock has come'
-    return '/clock stands still' if base.stands_still() else ''
+        return NO_CLOCK
+    return STANDS_STILL if base.stands_still() else ''
 
 
 def out_of_step(node: Node, base: TimeBase, heard: Iterable[str]) -> dict[str, str]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from rclpy.node import Node
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from tcp_muscle_ros.nodes.topics import REMEMBERED, Commanders
+from tcp_muscle_ros.nodes.topics import REMEMBERED, Commanders, name_of, published_by
 from tcp_muscle_ros.recording.recording import CHANNELS
 
 _MEASURED = {channel.topic for channel in CHANNELS.values() if channel.role == 'output'}
@@ -19,12 +19,8 @@ def mixed(topic: str, publishers: Sequence[TopicEndpointInfo]) -> str:
     """What is told of the publishers of a topic; '' where there is one, or where it is no measurement."""
     if len(publishers) < 2 or topic.rpartition('/')[2] not in _MEASURED:
         return ''
-    names = sorted(f'{each.node_namespace.rstrip("/")}/{each.node_name}' for each in publishers)
-    return f'{_published(topic, names)}: what is recorded mixes them, unless one was killed just now'
-
-
-def _published(topic: str, names: Sequence[str]) -> str:
-    return f'{topic} is published by {" and by ".join(names)}'
+    by = published_by(topic, map(name_of, publishers))
+    return f'{by}: what is recorded mixes them, unless one was killed just now'
 
 
 class Mixing:
@@ -43,7 +39,7 @@ class Mixing:
                 continue
             names = self._publishers[topic].standing(node, [topic], REMEMBERED)
             if len(names) > 1:
-                found[topic] = f'{_published(topic, names)}: what is measured mixes them; stop all but one'
+                found[topic] = f'{published_by(topic, names)}: what is measured mixes them; stop all but one'
         for topic, sentence in found.items():
             if self._told.get(topic) != sentence:
                 tell(sentence)

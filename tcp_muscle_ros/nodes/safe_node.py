@@ -21,7 +21,7 @@ from tcp_muscle_ros.nodes.parameters import Settings
 from tcp_muscle_ros.nodes.plan import Plan
 from tcp_muscle_ros.nodes.polled import Inputs
 from tcp_muscle_ros.nodes.safe_muscle import SafeMuscle
-from tcp_muscle_ros.nodes.ticks import SteadyTime, TickLoop, TimeBase
+from tcp_muscle_ros.nodes.ticks import NO_CLOCK, STANDS_STILL, SteadyTime, TickLoop, TimeBase
 from tcp_muscle_ros.nodes.topics import REMEMBERED, STATE_QOS, Topics
 
 M = TypeVar('M', bound=SafeMuscle)
@@ -170,7 +170,7 @@ class SafeNode(DeclaredNode, Generic[M]):
         if self.time_base.stands_still():
             for muscle in self.muscles:
                 if muscle.safety.state.lets_flow:
-                    muscle.safety.pause('/clock stands still')
+                    muscle.safety.pause(STANDS_STILL)
                     muscle.publish_zero()
             self._notice_changes()
 
@@ -244,7 +244,7 @@ class SafeNode(DeclaredNode, Generic[M]):
         if jumps > self._jumps:
             log.warning('the clock jumped: the step was skipped')
         if self.loop is not None and self.loop.waiting_for_clock and time.monotonic() - self._started > 5.0:
-            log.warning('use_sim_time is true, but no /clock has come', throttle_duration_sec=10.0)
+            log.warning(NO_CLOCK, throttle_duration_sec=10.0)
         self._publish_diagnostics(reports, more)
         self._jumps = jumps
         self._missed = 0 if self.loop is None else self.loop.missed

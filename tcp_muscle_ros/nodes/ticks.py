@@ -13,6 +13,7 @@ from rclpy.clock import Clock, JumpThreshold
 from rclpy.duration import Duration
 
 SECOND = 1_000_000_000  # ns
+NO_CLOCK, STANDS_STILL = 'use_sim_time is true, but no /clock has come', '/clock stands still'
 BACKLOG = 10  # ticks; the depth of the state topics' queues
 _NOTICED = 1_000_000  # ns by which the stamps may differ from the system's clock
 _COARSE = 0.02  # s: above it a wait can be interrupted, below it one sleep is the most punctual

@@ -201,6 +201,11 @@ def publishers_of(node: Node, topic: str) -> set[str]:
     return {name_of(end) for end in node.get_publishers_info_by_topic(topic)} if node.count_publishers(topic) else set()
 
 
+def published_by(topic: str, names: Iterable[str]) -> str:
+    """That several nodes publish on a topic that is one's."""
+    return f'{topic} is published by {" and by ".join(sorted(names))}'
+
+
 def another(name: str) -> str:
     """What a second node is called that has the name of a first."""
     return f'another {name}'

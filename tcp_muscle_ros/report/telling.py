@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tcp_muscle_ros.diagnosis.answer.findings import Diagnosis, Series
+from tcp_muscle_ros.diagnosis.search.location import share_of_range
 from tcp_muscle_ros.muscle.arrays import Array
 from tcp_muscle_ros.report.as_read import shown
 from tcp_muscle_ros.report.style import AFTER, BEFORE
@@ -149,7 +150,7 @@ def telling_driver(diagnosis: Diagnosis) -> str:
     if diagnosis.unexplained is not None:
         # What has no name is shown by what it goes with.
         told.insert(0 if not diagnosis.findings else len(told), diagnosis.unexplained.driver)
-    words = {'time since': 'since_switch', 'share of the range of the displacement': 'displacement'}
+    words = {'time since': 'since_switch', share_of_range('displacement'): 'displacement'}
     words |= {name: name for name in DRIVERS}
     for variable in told:
         for word, name in words.items():

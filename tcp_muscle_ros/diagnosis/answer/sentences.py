@@ -70,14 +70,10 @@ def nearest_law(law: FreeLaw) -> str:
 def where(location: Location) -> str:
     """The place of the misfit as the beginning of a sentence."""
     driver = location.drivers[0]
-    if driver.unit:
-        low, high, of_what = driver.low - ZERO_CELSIUS, driver.high - ZERO_CELSIUS, 'degC'
-    else:  # nobody knows how hot it was
-        low, high, of_what = (
-            100.0 * driver.low,
-            100.0 * driver.high,
-            f'% of the range of the {quantity(location.channel)}',
-        )
+    ends, of_what = (driver.low, driver.high), 'degC'
+    if not driver.unit:  # nobody knows how hot it was
+        of_what = f'% of the range of the {quantity(location.channel)}'
+    low, high = (end - ZERO_CELSIUS if driver.unit else 100.0 * end for end in ends)
     decimals = 0 if f'{low:.0f}' != f'{high:.0f}' else 1
     place = f'Between {low:.{decimals}f} and {high:.{decimals}f} {of_what}'
     phase = [p for p in location.phases if p != 'transition']

@@ -94,9 +94,8 @@ def with_free_law(found: Selection, progress: Callable[[], None] | None = None) 
                 best, scored = replace(chosen, unnamed=unnamed), score
                 left = remains / HALF  # what comes after must be clearly better still
         if best is not found:
-            return _without_traces(
-                _among(best, tried), found
-            )  # where a law stands instead of a name, none is sought beside it
+            # Where a law stands instead of a name, none is sought beside it.
+            return _without_traces(_among(best, tried), found)
     return best
 
 

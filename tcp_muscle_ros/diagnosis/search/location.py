@@ -125,7 +125,12 @@ def _ordering(fitted: Fit, channel: str, owners: Sequence[int], seen: Sequence[D
         return np.concatenate([d.level for d in seen]), problem.model.state_title, problem.model.state_unit
     shown = np.concatenate([problem.experiments[k].observed[channel].value for k in owners])
     gone = (shown - shown.min()) / max(float(np.ptp(shown)), 1e-300)
-    return gone, f'share of the range of the {channel}', ''
+    return gone, share_of_range(channel), ''
+
+
+def share_of_range(channel: str) -> str:
+    """What such a driver is called."""
+    return f'share of the range of the {channel}'
 
 
 def _phases(seen: Sequence[Drivers]) -> dict[str, Mask]:
